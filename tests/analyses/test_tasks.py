@@ -16,7 +16,7 @@ import roughcontact
 
 OPTION = """
 STRETCH = Option(
-    "stretch", "FACTOR", "Factor of the heights.", parsing.number, 1.0, Panel.MAP, "Stretched by",
+    "stretch", parsing.number, "Factor of the heights.", 1.0, Panel.MAP, "Stretched by",
     prepares=True,
 )
 """
@@ -72,7 +72,7 @@ from roughcontact.request.options import Option
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.task import Analysis, Task
 
-FACTOR = Option("factor", "NUMBER", "Of the height.", parsing.number, 2.0)
+FACTOR = Option("factor", parsing.number, "Of the height.", 2.0)
 
 def _run(request, work):
     from roughcontact.analyses.height.model import Height

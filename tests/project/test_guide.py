@@ -17,9 +17,7 @@ from roughcontact.cli import app
 Capture = pytest.CaptureFixture[str]
 
 FIRST = {
-    name: [option.name for option in command.short_help]
-    for name, command in COMMANDS.items()
-    if command.short_help
+    name: command.short_help.split() for name, command in COMMANDS.items() if command.short_help
 }
 SOURCE = Path(app.__file__).parents[2]
 

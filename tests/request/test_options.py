@@ -244,7 +244,7 @@ def test_a_group_is_read_as_it_was_written(name: str, files: list[str]) -> None:
 def test_value_is_read_by_its_option_only() -> None:
     request = from_text("solve", None, {**BALL, "load": "1 N"})
     assert request[options.LOAD_POINT] is None
-    other = Option("load-point", "LENGTHS", "Another.", parsing.offset, None)
+    other = Option("load-point", parsing.offset, "Another.", None)
     passes = COMMANDS["roll"].by_name["passes"]
     for strange in (other, passes):
         with pytest.raises(KeyError, match=strange.name):
@@ -259,7 +259,7 @@ def test_value_is_read_by_its_option_only() -> None:
 def test_new_option_prepares_maps_if_declared(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, prepares: bool
 ) -> None:
-    row = Option("stretch", "FACTOR", "Factor.", parsing.number, 1.0, Panel.MAP, prepares=prepares)
+    row = Option("stretch", parsing.number, "Factor.", 1.0, Panel.MAP, prepares=prepares)
     task = replace(solve.TASK, options=(*solve.TASK.options, row))
     step = maps._prepared
 

@@ -21,63 +21,55 @@ from roughcontact.analyses.sweep import task as load_curve
 from roughcontact.analyses.tangential import task as tangential
 from roughcontact.analyses.wear import task as wear
 from roughcontact.request import options, parsing
-from roughcontact.request.options import Option, Panel, file_option, flag_option
+from roughcontact.request.options import Option, Panel
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Given, Task
 
 POINTS = Option(
     "points",
-    "NUMBER",
-    "Points per side; default: 512.",
     parsing.int_parser(32, math.isqrt(memory.POINTS)),
+    "Points per side; default: 512.",
     512,
     Panel.MAP,
 )
 FOLDER = Option(
     "folder",
-    "FOLDER",
-    "Folder for the files; default: roughcontact-demo.",
     parsing.path,
+    "Folder for the files; default: roughcontact-demo.",
     Path("roughcontact-demo"),
     Panel.OUTPUT,
+    metavar="FOLDER",
 )
-PROJECTS_FOLDER = file_option(
-    "folder", "FOLDER", "Folder of projects (kept 30 days); default: user state folder."
+PROJECTS_FOLDER = Option.file(
+    "folder", "Folder of projects (kept 30 days); default: user state folder."
 )
 UPLOAD_LIMIT = Option(
     "upload-limit",
-    "SIZE",
-    'Largest upload: "500 MB"; eight times that in total; default: 1 GiB.',
     parsing.parse_bytes,
+    'Largest upload: "500 MB"; eight times that in total; default: 1 GiB.',
     2**30,
     Panel.SERVER,
 )
-PORT = Option(
-    "port",
-    "NUMBER",
-    "Port; default: 5106, or a free one.",
-    parsing.int_parser(1, 2**16 - 1),
-    None,
-    Panel.SERVER,
+PORT = Option.value(
+    "port", parsing.int_parser(1, 2**16 - 1), "Port; default: 5106, or a free one.", Panel.SERVER
 )
 ADDRESS = Option(
     "address",
-    "ADDRESS",
-    "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
     parsing.as_text,
+    "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
     "127.0.0.1",
     Panel.SERVER,
+    metavar="ADDRESS",
 )
 ALLOW_ORIGIN: Option[tuple[str, ...]] = Option(
     "allow-origin",
-    "URL",
-    "Address in the browsers of other machines: http://lab-pc:5106; repeatable.",
     parsing.origins,
+    "Address in the browsers of other machines: http://lab-pc:5106; repeatable.",
     (),
     Panel.SERVER,
     many=True,
 )
-NO_BROWSER = flag_option("no-browser", "Print the address without opening a browser.", Panel.SERVER)
+NO_BROWSER = Option.flag("no-browser", "Print the address without opening a browser.", Panel.SERVER)
 
 DESK = Command(
     "desk",
@@ -94,27 +86,20 @@ LOCAL, DASK = "local", "dask"
 
 ENGINE = Option(
     "engine",
-    f"{LOCAL}|{DASK}",
-    "Where to run: local or dask; default: local.",
     parsing.choice(LOCAL, DASK),
+    "Where to run: local or dask; default: local.",
     LOCAL,
     Panel.ENGINE,
 )
-SCHEDULER = Option(
+SCHEDULER = Option.value(
     "scheduler",
-    "ADDRESS",
-    "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
     parsing.as_text,
-    None,
+    "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
     Panel.ENGINE,
+    metavar="ADDRESS",
 )
-WORKERS = Option(
-    "workers",
-    "NUMBER",
-    "Local processes; default: one per core.",
-    parsing.int_parser(1, 2**16),
-    None,
-    Panel.ENGINE,
+WORKERS = Option.value(
+    "workers", parsing.int_parser(1, 2**16), "Local processes; default: one per core.", Panel.ENGINE
 )
 
 RUN = Command(

@@ -54,8 +54,8 @@ class HelpCommand(typer.core.TyperCommand):
             formatter, "Arguments", [(str(item.metavar), str(item.help)) for item in specified]
         )
         options = {option.opts[0].removeprefix("--"): option for option in _options(self, ctx)}
-        known = () if ctx.meta.get(_HELP_ALL_KEY) else tasks.COMMANDS[str(self.name)].short_help
-        first = [option.name for option in known]
+        show_all = ctx.meta.get(_HELP_ALL_KEY)
+        first = [] if show_all else tasks.COMMANDS[str(self.name)].short_help.split()
         panels: dict[str, list[Any]] = {}
         for name, option in options.items():
             if name not in first:
@@ -133,8 +133,7 @@ def completer_of(option: Option[Any]) -> Callable[[str], list[str]] | None:
     """Return a function that lists the values with a prefix; None without known values."""
     if option.parse is parsing.material:
         return complete_materials
-    if isinstance(option.parse, parsing.Choice):
-        known = [str(word) for word in option.parse.known]
+    if known := [str(word) for word in option.parse.known]:
         return lambda incomplete: [word for word in known if word.startswith(incomplete)]
     return _complete_formats if option is FORMAT else None
 

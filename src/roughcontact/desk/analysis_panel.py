@@ -228,9 +228,7 @@ class OptionsForm:
     ) -> None:
         self.task, self._question, self._changed = task, question, changed
         self.is_command = question.is_command
-        self._values: dict[str, Value] = {
-            option.name: value for option, value in question.short_help
-        }
+        self._values: dict[str, Value] = {option.name: value for option, value in question.initial}
 
     @cached_property
     def root(self) -> Any:

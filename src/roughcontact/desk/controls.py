@@ -16,7 +16,7 @@ from roughcontact.desk import style, workers
 from roughcontact.desk.session import LOADS, Session, Value
 from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, render_message
 from roughcontact.report import phrases
-from roughcontact.request import options, parsing
+from roughcontact.request import options
 from roughcontact.request.options import Option
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Task
@@ -200,8 +200,7 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
         return pn.widgets.CheckBoxGroup(options=[option.label], **style.CONTROL)
     if choices is not None:
         return pn.widgets.Select(options=dict(choices), **about)
-    if isinstance(option.parse, parsing.Choice):
-        known = option.parse.known
+    if known := option.parse.known:
         default = [] if option.default is not None else [""]
         return pn.widgets.Select(options=[*default, *map(str, known)], **about)
     if option.name in _SUGGESTED:

@@ -15,7 +15,7 @@ from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import EXCLUDES, NEEDED, NEEDS, TABLES, Option, Rule, file_option
+from roughcontact.request.options import EXCLUDES, NEEDED, NEEDS, TABLES, Option, Rule
 from roughcontact.request.outcome import OnProgress, Outcome, Solve, TaskContext, solve_uncalibrated
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress, one_of_several
@@ -25,68 +25,53 @@ if TYPE_CHECKING:
     from roughcontact.material.material import Conductor
     from roughcontact.surface.surface import Surface
 
-LOAD = Option(
-    "load", "LOADS", 'Loads or nominal pressures: "1 N" or "20 MPa, 50 MPa".', parsing.loads, None
-)
-FROM = Option("from", "PRESSURE", 'Smallest nominal pressure: "1 MPa".', parsing.nominal, None)
-TO = Option("to", "PRESSURE", 'Largest nominal pressure: "300 MPa".', parsing.nominal, None)
+LOAD = Option.value("load", parsing.loads, 'Loads or nominal pressures: "1 N" or "20 MPa, 50 MPa".')
+FROM = Option.value("from", parsing.nominal, 'Smallest nominal pressure: "1 MPa".')
+TO = Option.value("to", parsing.nominal, 'Largest nominal pressure: "300 MPa".')
 STEPS = Option(
     "steps",
-    "NUMBER",
-    "Number of pressures (logarithmic); default: 13.",
     parsing.int_parser(2, memory.STEPS),
+    "Number of pressures (logarithmic); default: 13.",
     13,
 )
 RANGE = (FROM, TO, STEPS)
 SHORT_RANGE = tuple(zip(RANGE, ("1 MPa", "100 MPa", "5"), strict=True))
 """Initial range of nominal pressures in the app."""
-OUTPUT = file_option("output", "FILE.csv|json", "Table of loads.", TABLES)
+OUTPUT = Option.file("output", "Table of loads.", TABLES)
 
-RESISTIVITY = Option(
+RESISTIVITY = Option.value(
     "resistivity",
-    "RESISTIVITY",
+    parsing.quantity("resistivity"),
     'Electrical resistivity: "17 nohm m"; default: from --material.',
-    parsing.quantity("resistivity"),
-    None,
 )
-CONDUCTIVITY = Option(
+CONDUCTIVITY = Option.value(
     "conductivity",
-    "CONDUCTIVITY",
+    parsing.quantity("conductivity"),
     'Thermal conductivity: "46 W/m/K"; default: from --material.',
-    parsing.quantity("conductivity"),
-    None,
 )
-COUNTER_RESISTIVITY = Option(
+COUNTER_RESISTIVITY = Option.value(
     "counter-resistivity",
-    "RESISTIVITY",
-    "Electrical resistivity of the counter-body.",
     parsing.quantity("resistivity"),
-    None,
+    "Electrical resistivity of the counter-body.",
 )
-COUNTER_CONDUCTIVITY = Option(
+COUNTER_CONDUCTIVITY = Option.value(
     "counter-conductivity",
-    "CONDUCTIVITY",
-    "Thermal conductivity of the counter-body.",
     parsing.quantity("conductivity"),
-    None,
+    "Thermal conductivity of the counter-body.",
 )
-THERMAL_FILM = Option(
+THERMAL_FILM = Option.value(
     "thermal-film",
-    "FILM",
-    'Thermal film resistance × area: "1e-6 m^2 K/W"; default: none.',
     parsing.quantity("thermal film"),
-    None,
+    'Thermal film resistance × area: "1e-6 m^2 K/W"; default: none.',
 )
 
-TEMPERATURE = Option(
+TEMPERATURE = Option.value(
     "temperature",
-    "TEMPERATURE",
-    'Temperature of the gas: "20 °C"; default: 25 °C.',
     parsing.quantity("temperature"),
-    None,
+    'Temperature of the gas: "20 °C"; default: 25 °C.',
 )
 
-FRICTION = Option("friction", "NUMBER", "Friction coefficient: 0.15.", parsing.number, None)
+FRICTION = Option.value("friction", parsing.number, "Friction coefficient: 0.15.")
 
 PRESSURE_RULES = tuple(
     Rule(NEEDED, end, text="a nominal pressure such as '20 MPa'") for end in (FROM, TO)

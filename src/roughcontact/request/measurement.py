@@ -10,17 +10,9 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.errors import InputError, input_error
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
-from roughcontact.request.options import (
-    BODY,
-    BOUNDARY,
-    LENGTH,
-    NEEDS,
-    Option,
-    Panel,
-    Rule,
-    flag_option,
-)
+from roughcontact.request.options import BODY, BOUNDARY, LENGTH, NEEDS, Option, Panel, Rule
 from roughcontact.request.outcome import OnProgress
+from roughcontact.request.parsing import parser
 from roughcontact.request.request import Request
 
 if TYPE_CHECKING:
@@ -28,6 +20,7 @@ if TYPE_CHECKING:
     from roughcontact.surface.instrument import Instrument
 
 
+@parser("NAME")
 def _instrument(text: str, argument: str) -> Instrument:
     """Return an instrument of the catalog or of a type."""
     from roughcontact.surface.instrument import Instrument
@@ -38,12 +31,14 @@ def _instrument(text: str, argument: str) -> Instrument:
         raise parsing.as_argument_error(argument, error) from None
 
 
+@parser("FILE[=NAME]")
 def _maps(text: str, argument: str) -> tuple[tuple[Path, Instrument | None], ...]:
     """Return the file of a map and its instrument, as one of several."""
     file, _, name = text.partition("=")
     return ((Path(file), _instrument(name, argument) if name else None),)
 
 
+@parser("LENGTH|FILE")
 def _noise(text: str, argument: str) -> float | Path:
     """Return a noise [m], or the file of a second map of the same place."""
     return Path(text) if _noise_file(text) else LENGTH(text, argument)
@@ -59,6 +54,7 @@ def _transfer_file(text: str) -> list[str]:
     return re.findall(r"^measured (.+)", text)
 
 
+@parser("TEXT")
 def _uncertainties(text: str, argument: str) -> dict[str, float]:
     """Return the relative standard uncertainties of the material."""
     found = {}
@@ -70,51 +66,42 @@ def _uncertainties(text: str, argument: str) -> dict[str, float]:
     return found
 
 
-UNCERTAINTY = flag_option(
+UNCERTAINTY = Option.flag(
     "uncertainty",
     "Correct for the instrument; give 95 % intervals and their sources.",
     Panel.SOLVER,
 )
-INSTRUMENT: Option[Any] = Option(
+INSTRUMENT: Option[Any] = Option.value(
     "instrument",
-    "NAME",
+    _instrument,
     'Instrument that measured the map: "CSI 50x", "optical NA 0.55", "optical 1.2 um", '
     '"measured itf.csv", "tip 50 nm".',
-    _instrument,
-    None,
     Panel.SOLVER,
     files_in=_transfer_file,
 )
-NOISE: Option[Any] = Option(
+NOISE: Option[Any] = Option.value(
     "noise",
-    "LENGTH|FILE",
-    'Noise of one point, "1.2 nm", or a second map of the same place.',
     _noise,
-    None,
+    'Noise of one point, "1.2 nm", or a second map of the same place.',
     Panel.SOLVER,
     files_in=_noise_file,
 )
-SHORTEST_WAVE = Option(
+SHORTEST_WAVE = Option.value(
     "shortest-wave",
-    "LENGTH",
-    'Shortest wave of the surface, from a finer map: "0.3 um".',
     LENGTH,
-    None,
+    'Shortest wave of the surface, from a finer map: "0.3 um".',
     Panel.SOLVER,
 )
-MATERIAL_UNCERTAINTY: Option[Any] = Option(
+MATERIAL_UNCERTAINTY: Option[Any] = Option.value(
     "material-uncertainty",
-    "TEXT",
-    'Standard uncertainties; default: "E 3 %, yield 5 %".',
     _uncertainties,
-    None,
+    'Standard uncertainties; default: "E 3 %, yield 5 %".',
     Panel.SOLVER,
 )
 ALSO: Option[Any] = Option(
     "also",
-    "FILE[=NAME]",
-    'Finer map of the surface, and its instrument: "fine.x3p=CSI 100x"; repeatable.',
     _maps,
+    'Finer map of the surface, and its instrument: "fine.x3p=CSI 100x"; repeatable.',
     (),
     Panel.SOLVER,
     many=True,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum, StrEnum, auto
 from typing import Any, Generic, TypeVar
@@ -12,21 +12,14 @@ from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
+from roughcontact.request.parsing import Parser
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 TABLES = (".csv", ".json")
 PICTURES = (".png", ".svg", ".pdf")
-LENGTH, PRESSURE = (parsing.quantity(name) for name in ("length", "pressure"))
-
-_UNITS: dict[Any, str] = {
-    parsing.load: "N",
-    parsing.nominal: "Pa",
-    LENGTH: "m",
-    PRESSURE: "Pa",
-    parsing.ceiling: "Pa",
-}
+LENGTH, PRESSURE = map(parsing.quantity, ("length", "pressure"))
 
 
 class Panel(StrEnum):
@@ -47,12 +40,12 @@ class Option(Generic[T_co]):
     """Option of commands and of project files."""
 
     name: str  # Name without leading dashes
-    metavar: str  # Placeholder of the value
+    parse: Parser[T_co]  # `parse(text, argument)` returns the value
     help: str  # Effect
-    parse: Callable[[str, str], T_co]  # `parse(text, argument)` returns the value
     default: T_co  # Value if the option is not given
     panel: str = Panel.BODIES  # Heading under which the help lists it
     label: str = ""  # Label on the page
+    metavar: str = ""  # Placeholder of the value, if not that of the parser
     prepares: bool = False  # Whether the prepared maps depend on it
     many: bool = False  # Whether it may be given several times
     suffixes: tuple[str, ...] = ()  # Suffixes allowed for a file to write
@@ -60,8 +53,9 @@ class Option(Generic[T_co]):
     arguments: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Derive the label from the name if none is given."""
+        """Derive the label from the name, and the placeholder from the parser."""
         object.__setattr__(self, "label", self.label or self.name.replace("-", " ").capitalize())
+        object.__setattr__(self, "metavar", self.metavar or self.parse.metavar)
 
     @property
     def argument(self) -> str:
@@ -81,48 +75,56 @@ class Option(Generic[T_co]):
 
     def text(self, value: object) -> str:
         """Return a value as text that the option accepts."""
-        unit = _UNITS.get(self.parse)
         if not isinstance(value, float):
             return str(value)
-        return f"{value:g}" if unit is None else units.format_engineering(value, unit)
+        unit = self.parse.unit
+        return units.format_engineering(value, unit) if unit else f"{value:g}"
+
+    @staticmethod
+    def value(
+        name: str, parse: Parser[T], text: str, panel: str = Panel.BODIES, **more: Any
+    ) -> Option[T | None]:
+        """Return an option without a default."""
+        return Option(name, parse, text, None, panel, **more)
+
+    @staticmethod
+    def symbol(
+        symbol: str, parse: Parser[T], text: str, panel: str = Panel.MAP, default: T | None = None
+    ) -> Option[T | None]:
+        """Return an option of a roughness parameter, by its symbol."""
+        return Option(symbol.lower(), parse, text, default, panel, arguments=(symbol,))
+
+    @staticmethod
+    def flag(name: str, text: str, panel: str = Panel.BODIES, **more: Any) -> Option[bool]:
+        """Return an option without a value."""
+        return Option(name, parsing.flag, text, False, panel, **more)
+
+    @staticmethod
+    def file(
+        name: str, text: str, suffixes: tuple[str, ...] = (), metavar: str = ""
+    ) -> Option[Any]:
+        """Return an option of one output file, or of a folder if no suffixes are given."""
+        metavar = metavar or (
+            f"FILE{'|'.join(suffixes).replace('|.', '|')}" if suffixes else "FOLDER"
+        )
+        return Option(
+            name, parsing.path, text, None, Panel.OUTPUT, metavar=metavar, suffixes=suffixes
+        )
+
+    @staticmethod
+    def figure(shown: str) -> Option[Any]:
+        """Return the option of the figure of a result."""
+        return Option.file("figure", f"Figure of {shown} (PNG, SVG or PDF).", PICTURES, "FILE")
+
+    @staticmethod
+    def files(name: str, text: str, suffixes: tuple[str, ...]) -> Option[Any]:
+        """Return an option of output files."""
+        return Option(name, parsing.paths, text, (), Panel.OUTPUT, many=True, suffixes=suffixes)
 
 
-def map_option(
-    name: str, metavar: str, text: str, parse: Callable[[str, str], T], default: T, **more: Any
-) -> Option[T]:
-    """Return an option of the preparation of maps."""
-    return Option(name, metavar, text, parse, default, Panel.MAP, prepares=True, **more)
-
-
-def symbol_option(
-    symbol: str,
-    metavar: str,
-    text: str,
-    parse: Callable[[str, str], T],
-    default: T,
-    panel: str = Panel.MAP,
-) -> Option[T]:
-    """Return an option of a roughness parameter, by its symbol."""
-    return Option(symbol.lower(), metavar, text, parse, default, panel, arguments=(symbol,))
-
-
-def flag_option(name: str, text: str, panel: str = Panel.BODIES, **more: Any) -> Option[bool]:
-    """Return an option without a value."""
-    return Option(name, "", text, parsing.flag, False, panel, **more)
-
-
-def file_option(
-    name: str, metavar: str, text: str, suffixes: tuple[str, ...] = (), **more: Any
-) -> Option[Any]:
-    """Return an option of one output file or folder."""
-    return Option(name, metavar, text, parsing.path, None, Panel.OUTPUT, suffixes=suffixes, **more)
-
-
-def files_option(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Option[Any]:
-    """Return an option of output files."""
-    return Option(
-        name, "FILE", text, parsing.paths, (), Panel.OUTPUT, many=True, suffixes=suffixes, **more
-    )
+def map_option(name: str, parse: Parser[T], text: str, **more: Any) -> Option[T | None]:
+    """Return an option of the preparation of maps, without a default."""
+    return Option(name, parse, text, None, Panel.MAP, prepares=True, **more)
 
 
 # --- Rules between options, as data ---
@@ -203,9 +205,8 @@ ITERATIONS = parsing.int_parser(1, memory.ITERATIONS)
 
 GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
     "group",
-    "NAME=FILE[,FILE…]",
-    'Group of maps: "ground=ground*.opd"; repeatable.',
     parsing.groups,
+    'Group of maps: "ground=ground*.opd"; repeatable.',
     (),
     Panel.MAP,
     many=True,
@@ -214,33 +215,28 @@ GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
 
 # Reading of a file
 
-FORMAT = map_option(
-    "format", "NAME", "File format; default: recognized from the file.", parsing.as_text, None
-)
+FORMAT = map_option("format", parsing.as_text, "File format; default: recognized from the file.")
 CHANNEL = map_option(
     "channel",
-    "NAME|INDEX",
-    "Height channel, name or index; default: the proposed one.",
     parsing.as_text,
-    None,
+    "Height channel, name or index; default: the proposed one.",
+    metavar="NAME|INDEX",
 )
 UNIT = map_option(
     "unit",
-    "UNIT",
-    'Unit of the heights, e.g. um; of points or a profile "mm, um" (positions first).',
     parsing.as_text,
-    None,
+    'Unit of the heights, e.g. um; of points or a profile "mm, um" (positions first).',
     label="Unit of the heights",
+    metavar="UNIT",
 )
 SIZE = map_option(
     "size",
-    "LENGTHS",
-    'Side lengths (y, x) if the file has none: "0.1 mm x 0.2 mm".',
     parsing.as_text,
-    None,
+    'Side lengths (y, x) if the file has none: "0.1 mm x 0.2 mm".',
     label="Side lengths (y × x)",
+    metavar="LENGTHS",
 )
-OVERRIDE_SIZE = flag_option(
+OVERRIDE_SIZE = Option.flag(
     "override-size",
     "Use --size instead of the size in the file.",
     Panel.MAP,
@@ -249,106 +245,86 @@ OVERRIDE_SIZE = flag_option(
 )
 NO_DATA: Option[float | str | None] = map_option(
     "no-data",
-    "VALUE",
-    "Value of missing points in the file: -9999; auto: all known codes; none: all are heights.",
     parsing.no_data,
-    None,
+    "Value of missing points in the file: -9999; auto: all known codes; none: all are heights.",
     label="Value of missing points",
 )
 READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE, NO_DATA)
 
 # Preparation of a map
 
-TIP_RADIUS = Option(
+TIP_RADIUS = Option.value(
     "tip-radius",
-    "LENGTH",
-    'Probe tip radius: "10 nm"; used to estimate resolution.',
     LENGTH,
-    None,
+    'Probe tip radius: "10 nm"; used to estimate resolution.',
     Panel.MAP,
     label="Probe tip radius",
 )
 POINTS = map_option(
-    "points",
-    "NUMBER|NYxNX",
-    "Grid of a nominal --body without FILE: 256 or 128x512.",
-    parsing.points,
-    None,
+    "points", parsing.points, "Grid of a nominal --body without FILE: 256 or 128x512."
 )
 CROP = map_option(
-    "crop",
-    "ROWS,COLUMNS",
-    "Rows and columns to keep: 0:256,100:356.",
-    parsing.window,
-    None,
-    label="Crop (rows, columns)",
+    "crop", parsing.window, "Rows and columns to keep: 0:256,100:356.", label="Crop (rows, columns)"
 )
 OUTLIERS = map_option(
     "outliers",
-    "NUMBER",
-    "Remove spikes beyond this many robust standard deviations: 6.",
     parsing.number,
-    None,
+    "Remove spikes beyond this many robust standard deviations: 6.",
     label="Remove spikes (standard deviations)",
 )
-LEVEL = map_option(
+LEVEL = Option(
     "level",
-    "|".join(LEVELS),
-    "Subtract plane, quadric, mean, robust plane or none; default: plane.",
     parsing.choice(*LEVELS),
+    "Subtract plane, quadric, mean, robust plane or none; default: plane.",
     "plane",
+    Panel.MAP,
+    prepares=True,
 )
 FORM = map_option(
     "form",
-    "FORM",
-    'Form to remove (least squares): sphere, cylinder or "polynomial 4".',
     parsing.form,
-    None,
+    'Form to remove (least squares): sphere, cylinder or "polynomial 4".',
     label="Form to remove",
 )
-MISSING = map_option(
+MISSING = Option(
     "missing",
-    "|".join(MISSING_KNOWN),
+    parsing.choice(*MISSING_KNOWN),
     "Missing points: error, fill (interpolate, up to 30 %), fill-all, mask (no contact) or crop; "
     "default: error.",
-    parsing.choice(*MISSING_KNOWN),
     "error",
+    Panel.MAP,
     label="Missing points",
+    prepares=True,
 )
 S_FILTER = map_option(
     "s-filter",
-    "LENGTH",
-    'S-filter: remove wavelengths below "2.5 um" (ISO 16610-61).',
     LENGTH,
-    None,
+    'S-filter: remove wavelengths below "2.5 um" (ISO 16610-61).',
     label="S-filter (removes shorter waves)",
     arguments=("s",),
 )
 L_FILTER = map_option(
     "l-filter",
-    "LENGTH",
-    'L-filter: remove wavelengths above "80 um".',
     LENGTH,
-    None,
+    'L-filter: remove wavelengths above "80 um".',
     label="L-filter (removes longer waves)",
     arguments=("l",),
 )
 PIXEL = map_option(
     "pixel",
-    "LENGTH",
-    'Resample (cubic splines) to about this pixel: "0.5 um".',
     LENGTH,
-    None,
+    'Resample (cubic splines) to about this pixel: "0.5 um".',
     label="Resample to pixel",
 )
-ROTATE = map_option(
+ROTATE = Option(
     "rotate",
-    "DEGREES",
-    "Rotation of the map, degrees counterclockwise, a multiple of 90.",
     parsing.parse_quarter_turns,
+    "Rotation of the map, degrees counterclockwise, a multiple of 90.",
     0,
+    Panel.MAP,
+    prepares=True,
 )
-INVERT = flag_option(
+INVERT = Option.flag(
     "invert",
     "Heights times -1: of a replica cast, whose peaks are the pits of the surface.",
     Panel.MAP,
@@ -357,10 +333,8 @@ INVERT = flag_option(
 )
 FLIP = map_option(
     "flip",
-    "x|y",
-    "Mirror image of the map: x reverses its rows, y its columns; before --rotate.",
     parsing.choice("x", "y"),
-    None,
+    "Mirror image of the map: x reverses its rows, y its columns; before --rotate.",
 )
 PREPARATION = (
     *(INVERT, CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, FLIP, ROTATE),
@@ -369,50 +343,36 @@ MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
 
 # Materials of the bodies
 
-MATERIAL = Option(
+MATERIAL = Option.value(
     "material",
-    "NAME",
+    parsing.material,
     "Catalog material, e.g. 42CrMo4; --young etc. override single values.",
-    parsing.material,
-    None,
 )
-YOUNG = Option(
-    "young", "PRESSURE", 'Young\'s modulus: "210 GPa".', PRESSURE, None, label="Young's modulus"
-)
-POISSON = Option(
-    "poisson", "NUMBER", "Poisson's ratio: 0.3.", parsing.number, None, label="Poisson's ratio"
-)
-YIELD_STRENGTH = Option("yield-strength", "PRESSURE", 'Yield strength: "1 GPa".', PRESSURE, None)
-COUNTER_MATERIAL = Option(
+YOUNG = Option.value("young", PRESSURE, 'Young\'s modulus: "210 GPa".', label="Young's modulus")
+POISSON = Option.value("poisson", parsing.number, "Poisson's ratio: 0.3.", label="Poisson's ratio")
+YIELD_STRENGTH = Option.value("yield-strength", PRESSURE, 'Yield strength: "1 GPa".')
+COUNTER_MATERIAL = Option.value(
     "counter-material",
-    "NAME",
-    "Counter-body material; default: rigid.",
     parsing.material,
-    None,
+    "Counter-body material; default: rigid.",
     label="Counter-body material",
 )
-COUNTER_YOUNG = Option(
+COUNTER_YOUNG = Option.value(
     "counter-young",
-    "PRESSURE",
-    "Young's modulus of the counter-body.",
     PRESSURE,
-    None,
+    "Young's modulus of the counter-body.",
     label="Counter-body Young's modulus",
 )
-COUNTER_POISSON = Option(
+COUNTER_POISSON = Option.value(
     "counter-poisson",
-    "NUMBER",
-    "Poisson's ratio of the counter-body.",
     parsing.number,
-    None,
+    "Poisson's ratio of the counter-body.",
     label="Counter-body Poisson's ratio",
 )
-COUNTER_YIELD_STRENGTH = Option(
+COUNTER_YIELD_STRENGTH = Option.value(
     "counter-yield-strength",
-    "PRESSURE",
-    "Yield strength of the counter-body.",
     PRESSURE,
-    None,
+    "Yield strength of the counter-body.",
     label="Counter-body yield strength",
 )
 BODY_CONSTANTS = (MATERIAL, YOUNG, POISSON, YIELD_STRENGTH)
@@ -420,68 +380,57 @@ COUNTER_CONSTANTS = (COUNTER_MATERIAL, COUNTER_YOUNG, COUNTER_POISSON, COUNTER_Y
 MATERIALS = (*BODY_CONSTANTS, *COUNTER_CONSTANTS)
 COATING: Option[Any] = Option(
     "coating",
-    "LAYER",
-    'Layer on the body: "DLC 2 um", "E=200 GPa, nu=0.2, 2 um"; repeatable, outermost first.',
     parsing.coatings,
+    'Layer on the body: "DLC 2 um", "E=200 GPa, nu=0.2, 2 um"; repeatable, outermost first.',
     (),
     many=True,
 )
 COUNTER_COATING: Option[Any] = Option(
     "counter-coating",
-    "LAYER",
-    "Layer on the counter-body, as for --coating.",
     parsing.coatings,
+    "Layer on the counter-body, as for --coating.",
     (),
     label="Counter-body coating",
     many=True,
 )
 COATINGS = (COATING, COUNTER_COATING)
-HARDENING = Option(
+HARDENING = Option.value(
     "hardening",
-    "LAW",
+    parsing.hardening,
     'Hardening: "linear 2 GPa", "swift 945 MPa 20 0.121", "kinematic 10 GPa"; combine with a '
     "comma.",
-    parsing.hardening,
-    None,
 )
 
 # Shape and placement of the bodies
 
-BODY = Option(
+BODY = Option.value(
     "body",
-    "FORM",
+    parsing.body,
     'Nominal form: "sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 '
     'um", "cone 0.01", "wedge 0.01".',
-    parsing.body,
-    None,
     label="Nominal form",
     prepares=True,
 )
-COUNTER_BODY = Option(
+COUNTER_BODY = Option.value(
     "counter-body",
-    "FORM",
+    parsing.body,
     'Nominal form of the counter-body, as for --body; "cylinder -5.2 mm" is a groove; '
     "default: flat.",
-    parsing.body,
-    None,
     label="Counter-body form",
     prepares=True,
 )
-COUNTER_SURFACE = Option(
+COUNTER_SURFACE = Option.value(
     "counter-surface",
-    "FILE",
-    "Height map of the counter-body; another grid needs --align.",
     parsing.path,
-    None,
+    "Height map of the counter-body; another grid needs --align.",
     label="Counter-body map",
     prepares=True,
     files_in=lambda text: [text],
 )
 COUNTER_MAPS: Option[Any] = Option(
     "counter-maps",
-    "FILE",
-    "Map of the counter-body's face, met at random shifts and turns; repeatable.",
     parsing.paths,
+    "Map of the counter-body's face, met at random shifts and turns; repeatable.",
     (),
     label="Maps of the counter-body's face",
     many=True,
@@ -489,33 +438,30 @@ COUNTER_MAPS: Option[Any] = Option(
     files_in=lambda text: [text],
 )
 DRAWS = Option(
-    "draws", "NUMBER", "Number of pairs of faces drawn; default: 5.", parsing.int_parser(2, 100), 5
+    "draws", parsing.int_parser(2, 100), "Number of pairs of faces drawn; default: 5.", 5
 )
-ALIGN = flag_option(
+ALIGN = Option.flag(
     "align",
     "Resample both maps to one grid, centered, and keep the overlap.",
     label="Resample both maps to one grid",
     prepares=True,
 )
-OFFSET = Option(
+OFFSET = Option.value(
     "offset",
-    "LENGTHS",
-    'Shift (y, x) of the aligned counter-map: "0 um, 5 um".',
     parsing.offset,
-    None,
+    'Shift (y, x) of the aligned counter-map: "0 um, 5 um".',
     label="Counter-map shift (y, x)",
     prepares=True,
 )
-ANGLE = Option(
+ANGLE = Option.value(
     "angle",
-    "DEGREES",
-    "Rotation of the aligned counter-map, degrees counterclockwise.",
     parsing.number,
-    None,
+    "Rotation of the aligned counter-map, degrees counterclockwise.",
     label="Rotation of counter-map",
     prepares=True,
+    metavar="DEGREES",
 )
-MIRROR = flag_option(
+MIRROR = Option.flag(
     "mirror",
     "Mirror the aligned counter-map (measured from its own front).",
     label="Mirror counter-map",
@@ -525,50 +471,40 @@ MOVES: tuple[Option[Any], ...] = (ALIGN, OFFSET, ANGLE, MIRROR)
 SHAPES = (BODY, COUNTER_BODY, COUNTER_SURFACE, *MOVES)
 CEILING: Option[str | float | None] = Option(
     "ceiling",
-    "PRESSURE",
+    parsing.ceiling,
     'Pressure ceiling: "3 GPa", "62 HRC", calibrated, auto (3σ_Y) or none '
     "(elastic); default: auto.",
-    parsing.ceiling,
     "auto",
     label="Pressure ceiling",
 )
 BOUNDARY: Option[str] = Option(
     "boundary",
-    "KIND",
+    parsing.choice(*Boundary),
     "Beyond the map edge. "
     f"{'; '.join(f'{kind}: {kind.meaning}' for kind in Boundary)}; default: free.",
-    parsing.choice(*Boundary),
     Boundary.FREE,
-    label="Boundary",
+    metavar="KIND",
 )
 BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
 # Load
 
-LOAD = Option(
-    "load",
-    "LOAD",
-    'Load: "1 N", nominal pressure "20 MPa", or line load "600 N/mm".',
-    parsing.load,
-    None,
+LOAD = Option.value(
+    "load", parsing.load, 'Load: "1 N", nominal pressure "20 MPa", or line load "600 N/mm".'
 )
-HERTZ = Option(
+HERTZ = Option.value(
     "hertz",
-    "PRESSURE",
-    'Load given as Hertz peak pressure of the smooth bodies: "1.5 GPa".',
     parsing.hertz_load,
-    None,
+    'Load given as Hertz peak pressure of the smooth bodies: "1.5 GPa".',
     label="Hertz pressure",
 )
-APPROACH = Option(
-    "approach", "LENGTH", 'Approach from first contact, instead of a load: "1 um".', LENGTH, None
+APPROACH = Option.value(
+    "approach", LENGTH, 'Approach from first contact, instead of a load: "1 um".'
 )
-LOAD_POINT = Option(
+LOAD_POINT = Option.value(
     "load-point",
-    "LENGTHS",
-    "Load position (y, x) from the map center; allows tilt. Default: no tilt.",
     parsing.offset,
-    None,
+    "Load position (y, x) from the map center; allows tilt. Default: no tilt.",
     label="Load position (y, x)",
 )
 LOADS = (LOAD, HERTZ, APPROACH, LOAD_POINT)
@@ -576,32 +512,26 @@ LOAD_RULES = (Rule(ONE_OF, LOAD, HERTZ, APPROACH, text="1 N"), Rule(NEEDS, LOAD_
 
 # Accuracy of the solve
 
-TOLERANCE = Option(
+TOLERANCE = Option.value(
     "tolerance",
-    "NUMBER",
-    "Certificate limit; default: 1e-6 (single precision: 1e-4).",
     parsing.number,
-    None,
+    "Certificate limit; default: 1e-6 (single precision: 1e-4).",
     Panel.SOLVER,
 )
-TOLERANCE_DOUBLE = Option(
-    "tolerance", "NUMBER", "Certificate limit; default: 1e-6.", parsing.number, None, Panel.SOLVER
+TOLERANCE_DOUBLE = Option.value(
+    "tolerance", parsing.number, "Certificate limit; default: 1e-6.", Panel.SOLVER
 )
-MAX_ITERATIONS = Option(
+MAX_ITERATIONS = Option.value(
     "max-iterations",
-    "NUMBER",
-    "Maximum convolutions per grid; default: 2000.",
     ITERATIONS,
-    None,
+    "Maximum convolutions per grid; default: 2000.",
     Panel.SOLVER,
     label="Maximum convolutions",
 )
-PRECISION: Option[str | None] = Option(
+PRECISION: Option[str | None] = Option.value(
     "precision",
-    "double|single",
-    "double or single (two thirds of the memory); default: double.",
     parsing.choice("double", "single"),
-    None,
+    "double or single (two thirds of the memory); default: double.",
     Panel.SOLVER,
 )
 SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
@@ -609,24 +539,25 @@ SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
 
 # Output files and console
 
-FIGURES = Option(
+FIGURES = Option.value(
     "figures",
-    "FOLDER|PREFIX",
-    "Figures: folder or file prefix; add .svg or .pdf for the format.",
     parsing.as_text,
-    None,
+    "Figures: folder or file prefix; add .svg or .pdf for the format.",
     Panel.OUTPUT,
     suffixes=PICTURES,
+    metavar="FOLDER|PREFIX",
 )
-REPORT = file_option("report", "FILE.html", "Report with figures as one HTML file.", (".html",))
-FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
-JSON = flag_option("json", "Print JSON in SI units.", Panel.OUTPUT)
-QUIET = flag_option("quiet", "Print errors only.", Panel.OUTPUT)
-VERBOSE = flag_option("verbose", "Print all quantities, checks and notes.", Panel.OUTPUT)
+REPORT = Option.file("report", "Report with figures as one HTML file.", (".html",))
+FOLDER = Option.file("folder", "Folder for finished steps; the same command resumes.")
+JSON = Option.flag("json", "Print JSON in SI units.", Panel.OUTPUT)
+QUIET = Option.flag("quiet", "Print errors only.", Panel.OUTPUT)
+VERBOSE = Option.flag("verbose", "Print all quantities, checks and notes.", Panel.OUTPUT)
 SHOWN = (VERBOSE, JSON, QUIET)
 """Options of the console, which are not part of a run."""
 HEAD = tuple(
-    Option(name, "TEXT", f"{text} in the head of the report.", parsing.as_text, None, Panel.OUTPUT)
+    Option.value(
+        name, parsing.as_text, f"{text} in the head of the report.", Panel.OUTPUT, metavar="TEXT"
+    )
     for name, text in (("project", "Project"), ("drawing", "Drawing number"), ("author", "Author"))
 )
 """Options of the head of a report, with a line for the signature."""

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar, cast
 from urllib.parse import urlsplit
 
 from roughcontact import units
@@ -21,6 +21,29 @@ if TYPE_CHECKING:
     from roughcontact.contact.load_case import Load
     from roughcontact.material.material import Layer, Material
     from roughcontact.surface.nominal_bodies import NominalBody
+
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+@dataclass(frozen=True)
+class Parser(Generic[T_co]):
+    """Function that returns the value of a text, with what help and page show of it."""
+
+    function: Callable[[str, str], T_co]
+    metavar: str = ""  # Placeholder of the value in the help; empty for flags
+    unit: str = ""  # SI unit in which values are shown as text
+    known: tuple[str, ...] = ()  # The only accepted texts, if any
+
+    def __call__(self, text: str, argument: str) -> T_co:
+        """Return the value of a text; errors name the argument."""
+        return self.function(text, argument)
+
+
+def parser(metavar: str, unit: str = "") -> Callable[[Callable[[str, str], T]], Parser[T]]:
+    """Return a decorator that makes a function a parser."""
+    return lambda function: Parser(function, metavar, unit)
 
 
 class Hardening(NamedTuple):
@@ -43,26 +66,35 @@ def as_argument_error(argument: str, error: InputError) -> InputError:
     return InputError(ArgumentRef(argument), ": ", *own, *error.parts)
 
 
-def quantity(dimension: str) -> Callable[[str, str], float]:
+def quantity(dimension: str) -> Parser[float]:
     """Return a parser of values with a unit of a dimension."""
-    return lambda text, argument: units.parse(text, dimension, argument)
+    unit = {"length": "m", "pressure": "Pa"}.get(dimension, "")
+    return Parser(
+        lambda text, argument: units.parse(text, dimension, argument),
+        dimension.upper().split()[-1],
+        unit,
+    )
 
 
+@parser("NAME")
 def as_text(text: str, argument: str) -> str:
     """Return the text unchanged."""
     return text
 
 
+@parser("FILE")
 def path(text: str, argument: str) -> Path:
     """Return a path."""
     return Path(text)
 
 
+@parser("FILE")
 def paths(text: str, argument: str) -> tuple[Path, ...]:
     """Return a path, as one of several."""
     return (Path(text),)
 
 
+@parser("")
 def flag(text: str, argument: str) -> bool:
     """Return the value of a flag, true or false."""
     if text.lower() not in ("true", "false"):
@@ -70,6 +102,7 @@ def flag(text: str, argument: str) -> bool:
     return text.lower() == "true"
 
 
+@parser("NUMBER")
 def number(text: str, argument: str) -> float:
     """Return a number without a unit."""
     try:
@@ -78,6 +111,7 @@ def number(text: str, argument: str) -> float:
         raise input_error(argument, text, "must be a number without a unit") from None
 
 
+@parser("VALUE")
 def no_data(text: str, argument: str) -> float | str | None:
     """Return the value of points without data, or the name of a rule for it."""
     from roughcontact.formats.no_data import parse_no_data
@@ -93,9 +127,10 @@ def parse_int(text: str, argument: str) -> int:
         raise input_error(argument, text, "must be a whole number") from None
 
 
-def int_parser(minimum: int, maximum: int) -> Callable[[str, str], int]:
+def int_parser(minimum: int, maximum: int) -> Parser[int]:
     """Return a parser of integers from ``minimum`` to ``maximum``."""
 
+    @parser("NUMBER")
     def parsed(text: str, argument: str) -> int:
         count = parse_int(text, argument)
         require_count(minimum, maximum, **{argument: count})
@@ -104,9 +139,10 @@ def int_parser(minimum: int, maximum: int) -> Callable[[str, str], int]:
     return parsed
 
 
-def counted_or_auto(minimum: int, maximum: int) -> Callable[[str, str], int | str]:
+def counted_or_auto(minimum: int, maximum: int) -> Parser[int | str]:
     """Return a parser of integers from ``minimum`` to ``maximum``, or ``"auto"``."""
 
+    @parser("NUMBER|auto")
     def parsed(text: str, argument: str) -> int | str:
         if text == "auto":
             return text
@@ -120,25 +156,18 @@ def counted_or_auto(minimum: int, maximum: int) -> Callable[[str, str], int | st
     return parsed
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Parser of one of several known texts."""
+def choice(*known: str) -> Parser[str]:
+    """Return a parser of one of several known texts."""
 
-    known: tuple[str, ...]
-
-    def __call__(self, text: str, argument: str) -> str:
-        """Return the text; raise `InputError` for an unknown text."""
-        if text not in self.known:
-            known = ", ".join(self.known)
-            raise input_error(argument, text, f"must be one of {known}")
+    def parsed(text: str, argument: str) -> str:
+        if text not in known:
+            raise input_error(argument, text, f"must be one of {', '.join(known)}")
         return text
 
-
-def choice(*known: str) -> Choice:
-    """Return a parser of one of several known texts."""
-    return Choice(known)
+    return Parser(parsed, "|".join(known), known=known)
 
 
+@parser("PRESSURE", "Pa")
 def ceiling(text: str, argument: str) -> str | float | None:
     """Return a pressure [Pa] (also from a hardness), the name of a ceiling, or None."""
     from roughcontact.contact.result import BASE, BRACKET, CALIBRATED, COATING
@@ -152,6 +181,7 @@ def ceiling(text: str, argument: str) -> str | float | None:
     return hardness.stress(plain, argument)
 
 
+@parser("NAME")
 def material(text: str, argument: str) -> Material:
     """Return a material of the catalog."""
     from roughcontact.material import catalog
@@ -192,6 +222,7 @@ def coating(text: str, argument: str) -> Layer:
         ) from None
 
 
+@parser("LAYER")
 def coatings(text: str, argument: str) -> tuple[Layer, ...]:
     """Return a layer, as one of several."""
     return (coating(text, argument),)
@@ -207,11 +238,13 @@ _CONSTANTS = {
 }
 
 
+@parser("LOADS")
 def loads(text: str, argument: str) -> tuple[float | Load, ...]:
     """Return loads, separated by commas, in any order."""
     return tuple(load(part.strip(), argument) for part in text.split(","))
 
 
+@parser("LAW")
 def hardening(text: str, argument: str) -> Hardening:
     """Return the hardening law of the strength, the back stress, or both."""
     result = Hardening()
@@ -239,6 +272,7 @@ def _modulus(words: list[str], argument: str) -> float:
     return units.parse(" ".join(words), "pressure", argument)
 
 
+@parser("FORM")
 def body(text: str, argument: str) -> NominalBody:
     """Return a nominal body."""
     from roughcontact.surface import nominal_bodies
@@ -246,6 +280,7 @@ def body(text: str, argument: str) -> NominalBody:
     return nominal_bodies.parse(text, argument)
 
 
+@parser("NUMBER|NYxNX")
 def points(text: str, argument: str) -> tuple[int, int]:
     """Return the number of points ``(ny, nx)`` of a grid."""
     match = re.fullmatch(r"\s*(\d{1,18})(?:\s*[x×]\s*(\d{1,18}))?\s*", text)
@@ -256,6 +291,7 @@ def points(text: str, argument: str) -> tuple[int, int]:
     return grid
 
 
+@parser("LENGTHS")
 def offset(text: str, argument: str) -> tuple[float, float]:
     """Return two lengths (y, x)."""
     parts = text.split(",")
@@ -265,11 +301,13 @@ def offset(text: str, argument: str) -> tuple[float, float]:
     return y, x
 
 
+@parser("LENGTHS")
 def lengths(text: str, argument: str) -> tuple[float, ...]:
     """Return positive lengths, separated by commas."""
     return tuple(units.parse(part.strip(), "length", argument) for part in text.split(","))
 
 
+@parser("ROWS,COLUMNS")
 def window(text: str, argument: str) -> tuple[slice, slice]:
     """Return the rows and columns to keep."""
     match = re.fullmatch(
@@ -286,6 +324,7 @@ def window(text: str, argument: str) -> tuple[slice, slice]:
     return slice(ends[0], ends[1]), slice(ends[2], ends[3])
 
 
+@parser("FORM")
 def form(text: str, argument: str) -> tuple[str, int | None]:
     """Return the form to remove, and its degree, if any."""
     words = text.split()
@@ -296,6 +335,7 @@ def form(text: str, argument: str) -> tuple[str, int | None]:
     raise input_error(argument, text, "must be sphere, cylinder or 'polynomial N'")
 
 
+@parser("LOAD", "N")
 def load(text: str, argument: str) -> float | Load:
     """Return a force [N], or another form of load."""
     from roughcontact.contact import load_case
@@ -303,12 +343,14 @@ def load(text: str, argument: str) -> float | Load:
     return cast("float | Load", load_case.parse_required_load(text, argument))
 
 
+@parser("PRESSURE", "Pa")
 def nominal(text: str, argument: str) -> float:
     """Return a nominal pressure [Pa]."""
     needs = "a nominal pressure such as '20 MPa', the same for maps of all sizes"
     return units.parse(text, "pressure", argument, needs=needs)
 
 
+@parser("SIZE")
 def parse_bytes(text: str, argument: str) -> int:
     """Return a number of bytes: ``"1 GiB"``, ``"500 MB"``."""
     result = _DATA.fullmatch(text.strip())
@@ -336,6 +378,7 @@ def origin(text: str, argument: str) -> str:
     return f"{parts.scheme}://{name}" + (f":{port}" if port not in (None, usual) else "")
 
 
+@parser("URL")
 def origins(text: str, argument: str) -> tuple[str, ...]:
     """Return an `origin`, as one of several."""
     return (origin(text, argument),)
@@ -356,6 +399,7 @@ def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
     return name.strip(), files
 
 
+@parser("NAME=FILE[,FILE…]")
 def groups(text: str, argument: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Return a `group`, as one of several."""
     return (group(text, argument),)
@@ -371,6 +415,7 @@ def group_text(name: str, files: Iterable[str]) -> str:
     return f"{quoted(name)}={','.join(map(quoted, files))}"
 
 
+@parser("PRESSURE")
 def hertz_load(text: str, argument: str) -> Load:
     """Return the load given by the Hertz pressure of the smooth bodies."""
     from roughcontact.contact.load_case import HertzPressure
@@ -378,6 +423,7 @@ def hertz_load(text: str, argument: str) -> Load:
     return HertzPressure(units.parse(text, "pressure", argument))
 
 
+@parser("LOAD|APPROACH")
 def load_or_approach(text: str, argument: str) -> tuple[str, float | Load]:
     """Return ``"load"`` or ``"approach"``, by the unit of the text, and the value."""
     from roughcontact.contact import load_case
@@ -389,6 +435,7 @@ def load_or_approach(text: str, argument: str) -> tuple[str, float | Load]:
         return "load", cast("float | Load", load_case.parse_required_load(text, argument, needs))
 
 
+@parser("LOADS")
 def stages(text: str, argument: str) -> tuple[tuple[str, float | Load], ...]:
     """Return loads and approaches in order; a load may be zero."""
     plain = [word.strip() for word in text.split(",")]
@@ -398,6 +445,7 @@ def stages(text: str, argument: str) -> tuple[tuple[str, float | Load], ...]:
     )
 
 
+@parser("DEGREES")
 def parse_quarter_turns(text: str, argument: str) -> int:
     """Return a multiple of 90 degrees."""
     degrees = number(text, argument)

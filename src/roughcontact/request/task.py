@@ -35,7 +35,7 @@ class Command:
     name: str  # Name on the command line
     help: str  # Summary, details and an example
     options: tuple[Option[Any], ...]  # Options, in the order of the help
-    short_help: tuple[Option[Any], ...] = ()  # Main options, at the top of the help
+    short_help: str = ""  # Names of the main options, at the top of the help
     reads_map: bool = False  # Whether the command reads a map
     example: str = ""  # Example of a call, if not in the help
 
@@ -126,7 +126,7 @@ class Analysis:
     name: str  # Title
     about: str  # Result in one sentence
     options: tuple[Option[Any], ...] = ()  # Arguments in addition to the contact
-    short_help: tuple[tuple[Option[Any], str | bool], ...] = ()  # Initial values
+    initial: tuple[tuple[Option[Any], str | bool], ...] = ()  # Initial values
     fixed: tuple[tuple[Option[Any], str | bool], ...] = ()
     folded: tuple[Option[Any], ...] = ()  # Rarely used arguments
     is_command: bool = False  # Whether the app shows its command, as it takes minutes

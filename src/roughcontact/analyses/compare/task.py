@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._tools import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import options, parsing
+from roughcontact.request.options import Option
 from roughcontact.request.outcome import OnProgress, Outcome, TaskContext, remarks_on
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
@@ -22,44 +23,35 @@ if TYPE_CHECKING:
     from roughcontact.cautions import Caution
     from roughcontact.surface.surface import Surface
 
-QUARTERS = options.flag_option(
+QUARTERS = Option.flag(
     "quarters", "Split each map into four quarters, one group per map.", options.Panel.MAP
 )
-SAMPLING = options.flag_option(
+SAMPLING = Option.flag(
     "sampling", "Estimate the sampling error and the area needed for 5 %.", options.Panel.MAP
 )
-PAIRED = options.flag_option(
+PAIRED = Option.flag(
     "paired", "Pair the maps of two groups (same places, before and after).", options.Panel.MAP
 )
-LOAD = options.Option(
+LOAD = Option.value(
     "load",
-    "PRESSURE",
-    'Nominal pressure, the same for all maps: "20 MPa".',
     parsing.nominal,
-    None,
+    'Nominal pressure, the same for all maps: "20 MPa".',
     arguments=("pressure",),
 )
-PRELOAD = options.Option(
+PRELOAD = Option.value(
     "preload",
-    "PRESSURE",
-    'Preload; compare each map before and after: "200 MPa".',
     parsing.nominal,
-    None,
+    'Preload; compare each map before and after: "200 MPa".',
     arguments=("preload_pressure",),
 )
-STEPS = options.Option(
+STEPS = Option(
     "steps",
-    "NUMBER",
-    "Points of the load curve; 1 for none; default: 7.",
     parsing.int_parser(1, limits.STEPS),
+    "Points of the load curve; 1 for none; default: 7.",
     7,
 )
-OUTPUT = options.file_option(
-    "output", "FILE.csv|json", "Table of means and differences.", options.TABLES
-)
-FIGURE = options.file_option(
-    "figure", "FILE", "Figure of load curves and numbers (PNG, SVG or PDF).", options.PICTURES
-)
+OUTPUT = Option.file("output", "Table of means and differences.", options.TABLES)
+FIGURE = Option.figure("load curves and numbers")
 _SOLVER = options.SOLVER_DOUBLE
 
 _QUARTERS = 4
@@ -277,18 +269,7 @@ roughcontact compare --group "ground=ground-?.x3p" \\
         FIGURE,
         *options.OUTPUT,
     ),
-    (
-        LOAD,
-        options.GROUP,
-        QUARTERS,
-        SAMPLING,
-        PRELOAD,
-        options.MATERIAL,
-        options.MISSING,
-        options.PIXEL,
-        OUTPUT,
-        options.REPORT,
-    ),
+    short_help="load group quarters sampling preload material missing pixel output report",
     run=_run,
     rules=(
         options.Rule(

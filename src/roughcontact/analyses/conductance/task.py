@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.options import PICTURES, PRESSURE, Option, file_option
+from roughcontact.request.options import PRESSURE, Option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -15,37 +15,24 @@ from roughcontact.request.task import Analysis, Task
 if TYPE_CHECKING:
     from roughcontact.analyses.conductance.model import Conductance
 
-ELECTRICAL_FILM = Option(
+ELECTRICAL_FILM = Option.value(
     "electrical-film",
-    "FILM",
-    'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
     parsing.quantity("film"),
-    None,
+    'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
 )
-GAP = Option(
+GAP = Option.value(
     "gap",
-    "FLUID",
-    'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
     parsing.as_text,
-    None,
+    'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
+    metavar="FLUID",
 )
-GAP_PRESSURE = Option(
-    "gap-pressure",
-    "PRESSURE",
-    'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.',
-    PRESSURE,
-    None,
+GAP_PRESSURE = Option.value(
+    "gap-pressure", PRESSURE, 'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.'
 )
-CURRENT = Option(
-    "current",
-    "CURRENT",
-    'Current through the contact: "10 A"; default: none.',
-    parsing.quantity("current"),
-    None,
+CURRENT = Option.value(
+    "current", parsing.quantity("current"), 'Current through the contact: "10 A"; default: none.'
 )
-FIGURE = file_option(
-    "figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES
-)
+FIGURE = Option.figure("resistance versus load")
 _CONDUCTORS = (
     joints.RESISTIVITY,
     joints.CONDUCTIVITY,
@@ -156,18 +143,8 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
         FIGURE,
         *options.OUTPUT,
     ),
-    (
-        joints.LOAD,
-        options.MATERIAL,
-        options.COUNTER_MATERIAL,
-        joints.CONDUCTIVITY,
-        joints.COUNTER_CONDUCTIVITY,
-        GAP,
-        options.BOUNDARY,
-        options.MISSING,
-        joints.OUTPUT,
-        options.REPORT,
-    ),
+    short_help="load material counter-material conductivity counter-conductivity gap boundary "
+    "missing output report",
     run=_run,
     rules=(*joints.LOAD_RULES, *joints.FACE_RULES),
     check=_check,
@@ -178,7 +155,7 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
             "Conductance",
             "Electrical and thermal resistance of the whole contact.",
             (*joints.RANGE, CURRENT, GAP, joints.TEMPERATURE),
-            short_help=joints.SHORT_RANGE,
+            initial=joints.SHORT_RANGE,
             folded=tuple(
                 option for option in _CONDUCTORS if option not in (CURRENT, GAP, joints.TEMPERATURE)
             ),

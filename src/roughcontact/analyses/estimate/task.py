@@ -6,64 +6,44 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.request import options, parsing
-from roughcontact.request.options import LENGTH, PRESSURE, Option, symbol_option
+from roughcontact.request.options import LENGTH, PRESSURE, Option
 from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
-SQ = symbol_option(
-    "Sq",
-    "LENGTH",
-    'Root-mean-square height Sq: "0.4 um". Given parameters replace those of FILE.',
-    LENGTH,
-    None,
+SQ = Option.symbol(
+    "Sq", LENGTH, 'Root-mean-square height Sq: "0.4 um". Given parameters replace those of FILE.'
 )
-SDQ = symbol_option("Sdq", "NUMBER", "Root-mean-square slope Sdq.", parsing.number, None)
-SAL = symbol_option(
-    "Sal", "LENGTH", 'Autocorrelation length Sal: "12 um"; narrows the gap interval.', LENGTH, None
+SDQ = Option.symbol("Sdq", parsing.number, "Root-mean-square slope Sdq.")
+SAL = Option.symbol("Sal", LENGTH, 'Autocorrelation length Sal: "12 um"; narrows the gap interval.')
+STR = Option.symbol("Str", parsing.number, "Texture aspect ratio Str; default: 1.")
+SSK = Option.symbol("Ssk", parsing.number, "Skewness Ssk; default: 0.")
+SKU = Option.symbol("Sku", parsing.number, "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).")
+RA = Option.symbol(
+    "Ra", LENGTH, 'Roughness Ra of a drawing instead of Sq and Sdq: "0.8 um"; needs --finish.'
 )
-STR = symbol_option("Str", "NUMBER", "Texture aspect ratio Str; default: 1.", parsing.number, None)
-SSK = symbol_option("Ssk", "NUMBER", "Skewness Ssk; default: 0.", parsing.number, None)
-SKU = symbol_option(
-    "Sku", "NUMBER", "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).", parsing.number, None
-)
-RA = symbol_option(
-    "Ra",
-    "LENGTH",
-    'Roughness Ra of a drawing instead of Sq and Sdq: "0.8 um"; needs --finish.',
-    LENGTH,
-    None,
-)
-FINISH = Option(
+FINISH = Option.value(
     "finish",
-    "NAME",
-    "Finish: ground, milled, turned, honed, planed, lapped, polished, blasted, eroded, as-cast.",
     parsing.as_text,
-    None,
+    "Finish: ground, milled, turned, honed, planed, lapped, polished, blasted, eroded, as-cast.",
 )
-COUNTER_RA = Option(
-    "counter-ra",
-    "LENGTH",
-    "Ra of the other face; default: smooth.",
-    LENGTH,
-    None,
-    arguments=("counter_Ra",),
+COUNTER_RA = Option.value(
+    "counter-ra", LENGTH, "Ra of the other face; default: smooth.", arguments=("counter_Ra",)
 )
-COUNTER_FINISH = Option(
-    "counter-finish", "NAME", "Finish of the other face; default: the same.", parsing.as_text, None
+COUNTER_FINISH = Option.value(
+    "counter-finish", parsing.as_text, "Finish of the other face; default: the same."
 )
-NOMINAL_PRESSURE = Option(
-    "pressure", "PRESSURE", 'Nominal pressure (load over nominal area): "20 MPa".', PRESSURE, None
+NOMINAL_PRESSURE = Option.value(
+    "pressure", PRESSURE, 'Nominal pressure (load over nominal area): "20 MPa".'
 )
 CEILING: Option[str | float | None] = Option(
     "ceiling",
-    "PRESSURE",
-    'Pressure ceiling: "3 GPa", "62 HRC", auto (3σ_Y) or none (elastic); default: auto.',
     parsing.ceiling,
+    'Pressure ceiling: "3 GPa", "62 HRC", auto (3σ_Y) or none (elastic); default: auto.',
     "auto",
     label="Pressure ceiling",
 )
-OUTPUT = options.file_option("output", "FILE.json", "Estimate as JSON.", (".json",))
+OUTPUT = Option.file("output", "Estimate as JSON.", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
 _DRAWING: tuple[Option[Any], ...] = (RA, FINISH, COUNTER_RA, COUNTER_FINISH)
 
@@ -120,18 +100,7 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
         OUTPUT,
         *options.SHOWN,
     ),
-    (
-        SQ,
-        SDQ,
-        SAL,
-        SSK,
-        RA,
-        FINISH,
-        NOMINAL_PRESSURE,
-        options.MATERIAL,
-        options.MISSING,
-        options.JSON,
-    ),
+    short_help="sq sdq sal ssk ra finish pressure material missing json",
     run=_run,
     rules=(
         options.Rule(

@@ -8,35 +8,23 @@ from typing import Any
 from roughcontact import units
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
+from roughcontact.request.options import Option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
-CONTACT = options.Option(
-    "contact-fraction", "SHARES", 'Contact fraction(s) to reach: "1 %, 5 %".', units.shares, None
+SHARES = parsing.Parser(units.shares, "SHARES")
+CONTACT = Option.value("contact-fraction", SHARES, 'Contact fraction(s) to reach: "1 %, 5 %".')
+SATURATED = Option.value(
+    "saturated-fraction", SHARES, 'Saturated part of the contact to reach: "1 %".'
 )
-SATURATED = options.Option(
-    "saturated-fraction",
-    "SHARES",
-    'Saturated part of the contact to reach: "1 %".',
-    units.shares,
-    None,
+APPROACH = Option.value(
+    "approach", parsing.lengths, 'Approach(es) from first contact to reach: "1 um".'
 )
-APPROACH = options.Option(
-    "approach",
-    "LENGTHS",
-    'Approach(es) from first contact to reach: "1 um".',
-    parsing.lengths,
-    None,
-)
-MEAN_GAP = options.Option(
-    "mean-gap", "LENGTHS", 'Mean gap(s) to reach: "0.5 um".', parsing.lengths, None
-)
-FIRST_YIELD = options.flag_option(
-    "first-yield", "Load of first yield of either body (elastic contact)."
-)
-OUTPUT = options.file_option("output", "FILE.csv|json", "Table of results.", options.TABLES)
-_WANTED: tuple[options.Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
+MEAN_GAP = Option.value("mean-gap", parsing.lengths, 'Mean gap(s) to reach: "0.5 um".')
+FIRST_YIELD = Option.flag("first-yield", "Load of first yield of either body (elastic contact).")
+OUTPUT = Option.file("output", "Table of results.", options.TABLES)
+_WANTED: tuple[Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -80,18 +68,8 @@ roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
         OUTPUT,
         *options.OUTPUT,
     ),
-    (
-        CONTACT,
-        SATURATED,
-        MEAN_GAP,
-        APPROACH,
-        FIRST_YIELD,
-        options.MATERIAL,
-        options.CEILING,
-        options.MISSING,
-        OUTPUT,
-        options.REPORT,
-    ),
+    short_help="contact-fraction saturated-fraction mean-gap approach first-yield material "
+    "ceiling missing output report",
     run=_run,
     rules=(options.Rule(options.ANY_OF, *_WANTED),),
     last=last_contact,
@@ -101,7 +79,7 @@ roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
             "Load search",
             "Load for a given contact area, gap or approach, or for first yield.",
             _WANTED,
-            short_help=((CONTACT, "5 %"),),
+            initial=((CONTACT, "5 %"),),
         ),
     ),
     presentations={"LoadSearch": "analyses.find.report:SearchPresentation"},

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.errors import InputError
 from roughcontact.formats import export
 from roughcontact.request import options, outputs, parsing
-from roughcontact.request.options import LENGTH, Option, Panel, symbol_option
+from roughcontact.request.options import LENGTH, Option, Panel
 from roughcontact.request.outputs import Say, Writing
 from roughcontact.request.task import Command, Given, ParsedOptions
 
@@ -18,131 +18,102 @@ if TYPE_CHECKING:
 
 _MAX_SEED = 2**63 - 1
 
-SIZE = Option(
+SIZE = Option.value(
     "size",
-    "LENGTHS",
-    'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
     parsing.as_text,
-    None,
+    'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
     Panel.MAP,
     label="Side lengths (y × x)",
+    metavar="LENGTHS",
 )
 POINTS = Option(
     "points",
-    "NUMBER|NYxNX",
-    "Grid points, e.g. 512 or 256x1024; default: 1024.",
     parsing.points,
+    "Grid points, e.g. 512 or 256x1024; default: 1024.",
     (1024, 1024),
     Panel.MAP,
 )
 SEED = Option(
     "seed",
-    "NUMBER",
-    "Random seed; each seed gives another surface; default: 0.",
     parsing.int_parser(0, _MAX_SEED),
+    "Random seed; each seed gives another surface; default: 0.",
     0,
     Panel.MAP,
     arguments=("rng",),
 )
-SQ = symbol_option(
-    "Sq", "LENGTH", 'Root-mean-square height Sq: "0.4 um".', LENGTH, None, Panel.HEIGHTS
-)
-SSK = symbol_option(
+SQ = Option.symbol("Sq", LENGTH, 'Root-mean-square height Sq: "0.4 um".', Panel.HEIGHTS)
+SSK = Option.symbol(
     "Ssk",
-    "NUMBER",
+    parsing.number,
     "Skewness Ssk: below 0 plateaus with valleys, above 0 peaks; default: 0.",
-    parsing.number,
-    0.0,
     Panel.HEIGHTS,
+    default=0.0,
 )
-SKU = symbol_option(
-    "Sku",
-    "NUMBER",
-    "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
-    parsing.number,
-    None,
-    Panel.HEIGHTS,
+SKU = Option.symbol(
+    "Sku", parsing.number, "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).", Panel.HEIGHTS
 )
-SAL = symbol_option(
-    "Sal",
-    "LENGTH",
-    'Autocorrelation length Sal: "12 um"; or --rolloff or --sdq.',
-    LENGTH,
-    None,
-    Panel.TEXTURE,
+SAL = Option.symbol(
+    "Sal", LENGTH, 'Autocorrelation length Sal: "12 um"; or --rolloff or --sdq.', Panel.TEXTURE
 )
-SDQ = symbol_option(
+SDQ = Option.symbol(
     "Sdq",
-    "NUMBER",
-    "Root-mean-square slope Sdq; with --sal or --rolloff it sets the cutoff.",
     parsing.number,
-    None,
+    "Root-mean-square slope Sdq; with --sal or --rolloff it sets the cutoff.",
     Panel.TEXTURE,
 )
-ROLLOFF = Option(
+ROLLOFF = Option.value(
     "rolloff",
-    "LENGTH",
-    'Roll-off wavelength; the spectrum is flat above: "50 um".',
     LENGTH,
-    None,
+    'Roll-off wavelength; the spectrum is flat above: "50 um".',
     Panel.TEXTURE,
     arguments=("rolloff_wavelength",),
 )
-CUTOFF = Option(
+CUTOFF = Option.value(
     "cutoff",
-    "LENGTH",
-    'Shortest wavelength: "4 um"; default: 8 pixels.',
     LENGTH,
-    None,
+    'Shortest wavelength: "4 um"; default: 8 pixels.',
     Panel.TEXTURE,
     arguments=("cutoff_wavelength",),
 )
 HURST = Option(
     "hurst",
-    "NUMBER",
-    "Hurst exponent, 0 (rough to the finest scale) to 1; default: 0.8.",
     parsing.number,
+    "Hurst exponent, 0 (rough to the finest scale) to 1; default: 0.8.",
     0.8,
     Panel.TEXTURE,
 )
-STR = symbol_option(
+STR = Option.symbol(
     "Str",
-    "NUMBER",
-    "Texture aspect ratio Str, 0 (directional) to 1 (isotropic); default: 1.",
     parsing.number,
-    None,
+    "Texture aspect ratio Str, 0 (directional) to 1 (isotropic); default: 1.",
     Panel.TEXTURE,
 )
 LAY = Option(
     "lay",
-    "DEGREES",
-    "Lay direction, degrees counterclockwise from x; default: 0.",
     parsing.number,
+    "Lay direction, degrees counterclockwise from x; default: 0.",
     0.0,
     Panel.TEXTURE,
+    metavar="DEGREES",
 )
-HONING = Option(
+HONING = Option.value(
     "honing",
-    "DEGREES",
-    "Honing angle between the two groove families, degrees: 45.",
     parsing.number,
-    None,
+    "Honing angle between the two groove families, degrees: 45.",
     Panel.TEXTURE,
+    metavar="DEGREES",
 )
-TURNING = Option(
+TURNING = Option.value(
     "turning",
-    "FEED,RADIUS",
-    'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
     parsing.lengths,
-    None,
+    'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
     Panel.TEXTURE,
+    metavar="FEED,RADIUS",
 )
-OUTPUT = options.files_option(
+OUTPUT = Option.files(
     "output", f"Map: {export.list_formats(export.SURFACE)}; repeatable.", export.SURFACE.suffixes
 )
-FIGURE = options.file_option(
-    "figure", "FILE", "Figure of the map (PNG, SVG or PDF).", options.PICTURES
-)
+FIGURE = Option.figure("the map")
 _PARAMETERS: tuple[Option[Any], ...] = (
     SEED,
     SQ,

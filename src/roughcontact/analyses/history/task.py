@@ -10,38 +10,32 @@ from roughcontact._tools.memory import STEPS
 from roughcontact.errors import require_count
 from roughcontact.formats import export
 from roughcontact.request import options, parsing
-from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Rule, file_option
+from roughcontact.request.options import NEEDED, TABLES, Option, Rule
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 _SURFACES = export.SURFACE.suffixes
-PATH = Option(
-    "path",
-    "LOADS",
-    'Loads or approaches in order: "1 N, 0 N, 1 N", "20 MPa, 0 N".',
-    parsing.stages,
-    None,
+PATH = Option.value(
+    "path", parsing.stages, 'Loads or approaches in order: "1 N, 0 N, 1 N", "20 MPa, 0 N".'
 )
 PASSES = Option(
     "passes",
-    "NUMBER",
-    "Maximum number of repetitions of the path; default: 1.",
     parsing.int_parser(1, STEPS),
+    "Maximum number of repetitions of the path; default: 1.",
     1,
 )
 SHIFT = Option(
     "shift",
-    "LENGTHS",
-    'Counter-body shift (y, x) per pass: "0 um, 5 um"; default: none.',
     parsing.offset,
+    'Counter-body shift (y, x) per pass: "0 um, 5 um"; default: none.',
     (0.0, 0.0),
 )
-OUTPUT = file_option("output", "FILE.csv|json", "Table of steps.", TABLES)
-INDENTED_SURFACE = file_option(
-    "indented-surface", "FILE", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES
+OUTPUT = Option.file("output", "Table of steps.", TABLES)
+INDENTED_SURFACE = Option.file(
+    "indented-surface", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES, metavar="FILE"
 )
-FIGURE = file_option("figure", "FILE", "Figure of the load history (PNG, SVG or PDF).", PICTURES)
+FIGURE = Option.figure("the load history")
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -105,15 +99,8 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
         FIGURE,
         *options.SHOWN,
     ),
-    (
-        PATH,
-        PASSES,
-        *options.BODY_CONSTANTS,
-        options.MISSING,
-        INDENTED_SURFACE,
-        OUTPUT,
-        options.REPORT,
-    ),
+    short_help="path passes material young poisson yield-strength missing indented-surface "
+    "output report",
     run=_run,
     rules=(Rule(NEEDED, PATH, text="loads in their order, such as '1 N, 0 N, 1 N'"),),
     check=_check,
@@ -125,7 +112,7 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
             "Load history",
             "Loading and unloading, once or repeatedly, with permanent indentation.",
             (PATH, PASSES, SHIFT),
-            short_help=((PATH, "10 MPa, 0 N, 10 MPa"),),
+            initial=((PATH, "10 MPa, 0 N, 10 MPa"),),
         ),
     ),
     presentations={"LoadHistory": "analyses.history.report:HistoryPresentation"},

@@ -11,6 +11,7 @@ from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.request import contacts as joints, options
 from roughcontact.request.contacts import JointContacts
+from roughcontact.request.options import Option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -19,15 +20,13 @@ if TYPE_CHECKING:
     from roughcontact.analyses.law.model import InterfaceLaw
     from roughcontact.contact.result import ContactResult
 
-QUARTERS = options.flag_option(
+QUARTERS = Option.flag(
     "quarters", "Repeat on map quarters to check the map size.", options.Panel.MAP
 )
-OUTPUT = options.files_option(
+OUTPUT = Option.files(
     "output", f"Law: {export.list_formats(LAW_FORMATS)}; repeatable.", LAW_FORMATS.suffixes
 )
-FIGURE = options.file_option(
-    "figure", "FILE", "Figure of the law (PNG, SVG or PDF).", options.PICTURES
-)
+FIGURE = Option.figure("the law")
 _CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)
 
 
@@ -130,16 +129,7 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
         FIGURE,
         *options.OUTPUT,
     ),
-    (
-        *joints.RANGE,
-        options.MATERIAL,
-        joints.FRICTION,
-        options.CEILING,
-        options.BOUNDARY,
-        options.MISSING,
-        OUTPUT,
-        options.REPORT,
-    ),
+    short_help="from to steps material friction ceiling boundary missing output report",
     run=_run,
     rules=(
         *joints.PRESSURE_RULES,
@@ -153,7 +143,7 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
             "Interface law",
             "Separation, contact and stiffness over pressure, with tables for other programs.",
             (*joints.RANGE, QUARTERS),
-            short_help=joints.SHORT_RANGE,
+            initial=joints.SHORT_RANGE,
         ),
     ),
     maps=("file", "files"),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, file_option
+from roughcontact.request.options import LENGTH, PRESSURE, Option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -17,36 +17,27 @@ if TYPE_CHECKING:
     from roughcontact.analyses.leak.model import Leakage, Seal
     from roughcontact.surface.surface import Surface
 
-FLOW_AXIS = Option(
-    "flow-axis", "y|x", "Flow axis, y or x; default: both.", parsing.choice("y", "x"), None
+FLOW_AXIS = Option.value("flow-axis", parsing.choice("y", "x"), "Flow axis, y or x; default: both.")
+VISCOSITY = Option.value(
+    "viscosity", parsing.quantity("viscosity"), 'Dynamic viscosity: "1 mPa s".'
 )
-VISCOSITY = Option(
-    "viscosity", "VISCOSITY", 'Dynamic viscosity: "1 mPa s".', parsing.quantity("viscosity"), None
+PRESSURE_DIFFERENCE = Option.value(
+    "pressure-difference", PRESSURE, 'Inlet minus outlet pressure: "1 bar".'
 )
-PRESSURE_DIFFERENCE = Option(
-    "pressure-difference", "PRESSURE", 'Inlet minus outlet pressure: "1 bar".', PRESSURE, None
+SEAL_WIDTH = Option.value("seal-width", LENGTH, "Seal face width across the flow; default: map.")
+SEAL_LENGTH = Option.value(
+    "seal-length", LENGTH, "Seal face length along the flow (land); default: map."
 )
-SEAL_WIDTH = Option(
-    "seal-width", "LENGTH", "Seal face width across the flow; default: map.", LENGTH, None
-)
-SEAL_LENGTH = Option(
-    "seal-length", "LENGTH", "Seal face length along the flow (land); default: map.", LENGTH, None
-)
-RING = Option("ring", "LENGTH", 'Mean diameter of a ring-shaped seal face: "40 mm".', LENGTH, None)
-GAS = Option(
+RING = Option.value("ring", LENGTH, 'Mean diameter of a ring-shaped seal face: "40 mm".')
+GAS = Option.value(
     "gas",
-    "GAS",
-    "Gas that leaks: air, nitrogen, helium or argon.",
     parsing.choice("air", "nitrogen", "helium", "argon"),
-    None,
+    "Gas that leaks: air, nitrogen, helium or argon.",
+    metavar="GAS",
 )
-INLET = Option(
-    "inlet", "PRESSURE", 'Absolute pressure of the gas at the inlet: "2 bar".', PRESSURE, None
-)
-OUTLET = Option(
-    "outlet", "PRESSURE", 'Absolute pressure of the gas at the outlet: "1 mbar".', PRESSURE, None
-)
-FIGURE = file_option("figure", "FILE", "Figure of gap and flow (PNG, SVG or PDF).", PICTURES)
+INLET = Option.value("inlet", PRESSURE, 'Absolute pressure of the gas at the inlet: "2 bar".')
+OUTLET = Option.value("outlet", PRESSURE, 'Absolute pressure of the gas at the outlet: "1 mbar".')
+FIGURE = Option.figure("gap and flow")
 _SEAL: tuple[Option[Any], ...] = (
     VISCOSITY,
     PRESSURE_DIFFERENCE,
@@ -173,18 +164,7 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
         FIGURE,
         *options.OUTPUT,
     ),
-    (
-        joints.LOAD,
-        VISCOSITY,
-        PRESSURE_DIFFERENCE,
-        GAS,
-        INLET,
-        OUTLET,
-        RING,
-        options.MATERIAL,
-        options.BOUNDARY,
-        options.REPORT,
-    ),
+    short_help="load viscosity pressure-difference gas inlet outlet ring material boundary report",
     run=_run,
     rules=(*joints.LOAD_RULES, *joints.FACE_RULES),
     check=_check,
@@ -195,18 +175,14 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
             "Leak of a liquid",
             "Open paths through the gap, permeability, flow factors and leak rate.",
             (*joints.RANGE, VISCOSITY, PRESSURE_DIFFERENCE, RING),
-            short_help=(
-                *joints.SHORT_RANGE,
-                (VISCOSITY, "1 mPa s"),
-                (PRESSURE_DIFFERENCE, "1 bar"),
-            ),
+            initial=(*joints.SHORT_RANGE, (VISCOSITY, "1 mPa s"), (PRESSURE_DIFFERENCE, "1 bar")),
             folded=(SEAL_WIDTH, SEAL_LENGTH, FLOW_AXIS),
         ),
         Analysis(
             "Leak of a gas",
             "Leak rate of a gas, which slips along walls that are closer than its free path.",
             (*joints.RANGE, GAS, INLET, OUTLET),
-            short_help=(*joints.SHORT_RANGE, (GAS, "helium"), (INLET, "2 bar"), (OUTLET, "1 bar")),
+            initial=(*joints.SHORT_RANGE, (GAS, "helium"), (INLET, "2 bar"), (OUTLET, "1 bar")),
             folded=(joints.TEMPERATURE, RING, SEAL_WIDTH, SEAL_LENGTH, FLOW_AXIS),
         ),
     ),

@@ -12,6 +12,7 @@ from roughcontact.analyses.roll.formats import ROLLING_FORMATS
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.request import options, parsing
+from roughcontact.request.options import LENGTH, Option
 from roughcontact.request.outcome import OnProgress, Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -21,82 +22,60 @@ from roughcontact.units import format_duration
 if TYPE_CHECKING:
     from roughcontact.analyses.roll.model import MovieFrame
 
-LOAD = options.Option(
-    "load",
-    "LOAD",
-    'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.',
-    parsing.load,
-    None,
+LOAD = Option.value(
+    "load", parsing.load, 'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.'
 )
-PASSES = options.Option(
+PASSES = Option(
     "passes",
-    "NUMBER",
-    "Maximum number of passes (forward and back are two); default: 5.",
     parsing.int_parser(1, limits.STEPS),
+    "Maximum number of passes (forward and back are two); default: 5.",
     5,
 )
-STEPS = options.Option(
-    "steps", "NUMBER", "Positions per pass; default: 32.", parsing.int_parser(1, limits.STEPS), 32
+STEPS = Option("steps", parsing.int_parser(1, limits.STEPS), "Positions per pass; default: 32.", 32)
+TRAVEL = Option.value(
+    "travel", LENGTH, 'Travel per pass, centered: "80 um"; default: one period of the map.'
 )
-TRAVEL = options.Option(
-    "travel",
-    "LENGTH",
-    'Travel per pass, centered: "80 um"; default: one period of the map.',
-    options.LENGTH,
-    None,
-)
-DIRECTION = options.Option(
+DIRECTION = Option(
     "direction",
-    "DEGREES",
+    parsing.number,
     "Travel direction, degrees counterclockwise from x; default: 0.",
-    parsing.number,
     0.0,
+    metavar="DEGREES",
 )
-RECIPROCATING = options.flag_option("reciprocating", "Reciprocate: alternate the travel direction.")
-FRICTION = options.Option(
+RECIPROCATING = Option.flag("reciprocating", "Reciprocate: alternate the travel direction.")
+FRICTION = Option(
     "friction",
-    "NUMBER",
-    "Friction coefficient in full sliding, in travel direction; default: 0.",
     parsing.number,
+    "Friction coefficient in full sliding, in travel direction; default: 0.",
     0.0,
 )
-TOLERANCE = options.Option(
+TOLERANCE = Option.value(
     "tolerance",
-    "NUMBER",
-    "Plastic strain residual limit; default: 1e-4.",
     parsing.number,
-    None,
+    "Plastic strain residual limit; default: 1e-4.",
     options.Panel.SOLVER,
 )
-MAX_ITERATIONS = options.Option(
+MAX_ITERATIONS = Option.value(
     "max-iterations",
-    "NUMBER",
-    "Maximum iterations per step; default: 150.",
     options.ITERATIONS,
-    None,
+    "Maximum iterations per step; default: 150.",
     options.Panel.SOLVER,
     label="Maximum iterations",
 )
-PRECISION = options.Option(
+PRECISION = Option.value(
     "precision",
-    "double|single",
-    "Precision of the elastoplastic model, double or single; default: single.",
     parsing.choice("double", "single"),
-    None,
+    "Precision of the elastoplastic model, double or single; default: single.",
     options.Panel.SOLVER,
 )
-OUTPUT = options.files_option(
+OUTPUT = Option.files(
     "output",
     f"Passes: {export.list_formats(ROLLING_FORMATS)}, .csv table, .json numbers; repeatable.",
     (*ROLLING_FORMATS.suffixes, *options.TABLES),
 )
-FOLDER = options.file_option(
-    "folder", "FOLDER", "Folder for finished steps; the same command resumes."
-)
-MOVIE = options.file_option(
-    "movie", "FILE.gif", "Animated GIF of pressure and plastic strain.", (".gif",)
-)
-YES = options.flag_option("yes", "Run for more than a day.", options.Panel.OUTPUT)
+FOLDER = Option.file("folder", "Folder for finished steps; the same command resumes.")
+MOVIE = Option.file("movie", "Animated GIF of pressure and plastic strain.", (".gif",))
+YES = Option.flag("yes", "Run for more than a day.", options.Panel.OUTPUT)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
 # Run time [s] above which a run needs confirmation.
@@ -234,18 +213,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
         options.FIGURES,
         *options.OUTPUT,
     ),
-    (
-        options.HERTZ,
-        options.COUNTER_BODY,
-        PASSES,
-        TRAVEL,
-        options.MATERIAL,
-        options.HARDENING,
-        FRICTION,
-        options.MISSING,
-        OUTPUT,
-        options.REPORT,
-    ),
+    short_help="hertz counter-body passes travel material hardening friction missing output report",
     run=_run,
     rules=(options.Rule(options.ONE_OF, LOAD, options.HERTZ, text="1 N"),),
     check=_check,

@@ -9,6 +9,7 @@ from roughcontact._tools.memory import STEPS
 from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
 from roughcontact.request import measurement, options, outputs, parsing
+from roughcontact.request.options import Option
 from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -22,58 +23,46 @@ SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
 RESULTS = {SURFACE_MODEL: export.CONTACT.suffixes, VOLUME_MODEL: export.VOLUME.suffixes}
 """File suffixes of results, by model."""
 
-UNCALIBRATED = options.flag_option("uncalibrated", "Omit the second column (calibrated ceiling).")
-MODEL = options.Option(
+UNCALIBRATED = Option.flag("uncalibrated", "Omit the second column (calibrated ceiling).")
+MODEL = Option(
     "model",
-    f"{SURFACE_MODEL}|{VOLUME_MODEL}",
-    "ceiling (fast) or elastoplastic (minutes); default: ceiling.",
     parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
+    "ceiling (fast) or elastoplastic (minutes); default: ceiling.",
     SURFACE_MODEL,
 )
-INCREMENTS: options.Option[int | str] = options.Option(
+INCREMENTS: Option[int | str] = Option(
     "increments",
-    "NUMBER|auto",
-    "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
     parsing.counted_or_auto(1, STEPS),
+    "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
     "auto",
 )
-UNLOAD = options.flag_option("unload", "Unload at the end; report residual shape and stress.")
-TOLERANCE = options.Option(
+UNLOAD = Option.flag("unload", "Unload at the end; report residual shape and stress.")
+TOLERANCE = Option.value(
     "tolerance",
-    "NUMBER",
-    "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
     parsing.number,
-    None,
+    "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
     options.Panel.SOLVER,
 )
-MAX_ITERATIONS = options.Option(
+MAX_ITERATIONS = Option.value(
     "max-iterations",
-    "NUMBER",
-    "Maximum convolutions per grid; default: 2000 (elastoplastic: 150 iterations per load).",
     options.ITERATIONS,
-    None,
+    "Maximum convolutions per grid; default: 2000 (elastoplastic: 150 iterations per load).",
     options.Panel.SOLVER,
     label="Maximum convolutions",
 )
-PRECISION = options.Option(
+PRECISION = Option.value(
     "precision",
-    "double|single",
-    "double or single (two thirds of the memory); default: double (elastoplastic: single).",
     parsing.choice("double", "single"),
-    None,
+    "double or single (two thirds of the memory); default: double (elastoplastic: single).",
     options.Panel.SOLVER,
 )
-OUTPUT = options.files_option(
+OUTPUT = Option.files(
     "output",
     f"Result: {export.list_formats(export.VOLUME, export.CONTACT)}; repeatable.",
     export.VOLUME.suffixes,
 )
-FOLDER = options.file_option(
-    "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
-)
-STUDY = options.flag_option(
-    "study", "Check dependence on grid, filter and ceiling.", options.Panel.SOLVER
-)
+FOLDER = Option.file("folder", "Folder for finished elastoplastic steps; the same command resumes.")
+STUDY = Option.flag("study", "Check dependence on grid, filter and ceiling.", options.Panel.SOLVER)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 _STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 
@@ -247,15 +236,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         options.FIGURES,
         *options.SHOWN,
     ),
-    (
-        options.LOAD,
-        options.BOUNDARY,
-        *options.BODY_CONSTANTS,
-        options.CEILING,
-        options.MISSING,
-        OUTPUT,
-        options.REPORT,
-    ),
+    short_help="load boundary material young poisson yield-strength ceiling missing output report",
     run=_run,
     rules=(
         *options.LOAD_RULES,

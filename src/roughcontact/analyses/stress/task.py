@@ -11,38 +11,32 @@ from roughcontact.analyses.solve import task as solve
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import Option, Panel, file_option, flag_option
+from roughcontact.request.options import Option, Panel
 from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 IN_BODY = Option(
     "in-body",
-    "body|counter-body",
-    "Body whose stress is computed; default: body.",
     parsing.choice("body", "counter-body"),
+    "Body whose stress is computed; default: body.",
     "body",
 )
 FRICTION = Option(
-    "friction", "NUMBER", "Friction coefficient in full sliding; default: 0.", parsing.number, 0.0
+    "friction", parsing.number, "Friction coefficient in full sliding; default: 0.", 0.0
 )
 DIRECTION = Option(
     "direction",
-    "DEGREES",
-    "Traction direction, degrees counterclockwise from x; default: 0.",
     parsing.number,
+    "Traction direction, degrees counterclockwise from x; default: 0.",
     0.0,
+    metavar="DEGREES",
 )
-DEPTHS = Option(
-    "depths",
-    "LENGTHS",
-    'Depths: "1 um, 2 um"; default: automatic.',
-    parsing.lengths,
-    None,
-    Panel.SOLVER,
+DEPTHS = Option.value(
+    "depths", parsing.lengths, 'Depths: "1 um, 2 um"; default: automatic.', Panel.SOLVER
 )
-FIRST_YIELD = flag_option("first-yield", "Also compute the load of first yield.", Panel.SOLVER)
-OUTPUT = file_option("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
+FIRST_YIELD = Option.flag("first-yield", "Also compute the load of first yield.", Panel.SOLVER)
+OUTPUT = Option.file("output", "Contact and stress as NetCDF.", (".nc",))
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -134,15 +128,8 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
         options.FIGURES,
         *options.SHOWN,
     ),
-    (
-        options.LOAD,
-        *options.BODY_CONSTANTS,
-        FRICTION,
-        FIRST_YIELD,
-        options.MISSING,
-        OUTPUT,
-        options.REPORT,
-    ),
+    short_help="load material young poisson yield-strength friction first-yield missing "
+    "output report",
     run=_run,
     rules=options.LOAD_RULES,
     record=_record,

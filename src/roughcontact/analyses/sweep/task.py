@@ -16,37 +16,26 @@ from typing import Any
 from roughcontact._tools import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import measurement, options, parsing
-from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Rule, file_option
+from roughcontact.request.options import NEEDED, TABLES, Option, Rule
 from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
-FROM = Option(
+FROM = Option.value(
     "from",
-    "LOAD|APPROACH",
+    parsing.load_or_approach,
     'First load or approach: "10 mN", "1 MPa", "hertz 0.5 GPa" or "0.1 um".',
-    parsing.load_or_approach,
-    None,
 )
-TO = Option(
-    "to",
-    "LOAD|APPROACH",
-    "Last load or approach, in the same form.",
-    parsing.load_or_approach,
-    None,
-)
-STEPS = Option(
-    "steps", "NUMBER", "Number of loads; default: 13.", parsing.int_parser(2, limits.STEPS), 13
-)
+TO = Option.value("to", parsing.load_or_approach, "Last load or approach, in the same form.")
+STEPS = Option("steps", parsing.int_parser(2, limits.STEPS), "Number of loads; default: 13.", 13)
 SPACING = Option(
     "spacing",
-    "log|linear",
-    "log (equal ratios) or linear (equal differences); default: log.",
     parsing.choice("log", "linear"),
+    "log (equal ratios) or linear (equal differences); default: log.",
     "log",
 )
-OUTPUT = file_option("output", "FILE.csv|json", "Table of loads.", TABLES)
-FIGURE = file_option("figure", "FILE", "Figure of the curve (PNG, SVG or PDF).", PICTURES)
+OUTPUT = Option.file("output", "Table of loads.", TABLES)
+FIGURE = Option.figure("the curve")
 _RANGE = (FROM, TO, STEPS, SPACING)
 
 
@@ -142,7 +131,7 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
         FIGURE,
         *options.SHOWN,
     ),
-    (FROM, TO, STEPS, *options.BODY_CONSTANTS, options.MISSING, OUTPUT, options.REPORT),
+    short_help="from to steps material young poisson yield-strength missing output report",
     run=_run,
     rules=(
         *(
@@ -159,7 +148,7 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
             "Load curve",
             "Contact area, gap, stiffness and spots from a small load to a large one.",
             _RANGE,
-            short_help=((FROM, "1 MPa"), (TO, "100 MPa")),
+            initial=((FROM, "1 MPa"), (TO, "100 MPa")),
         ),
     ),
     presentations={"LoadCurve": "analyses.sweep.report:CurvePresentation"},

@@ -12,6 +12,7 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
 from roughcontact.request.contacts import FRICTION
+from roughcontact.request.options import LENGTH, Option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -34,10 +35,12 @@ def _force(text: str, argument: str) -> str:
     return text
 
 
+@parsing.parser("FORCES")
 def _forces(text: str, argument: str) -> tuple[str, ...]:
     return tuple(_force(part.strip(), argument) for part in text.split(","))
 
 
+@parsing.parser("STAGES")
 def _stages(text: str, argument: str) -> tuple[tuple[float | Load, str], ...]:
     """Return the stages of a text: pairs of a load and a tangential force."""
     result = []
@@ -53,27 +56,15 @@ def _stages(text: str, argument: str) -> tuple[tuple[float | Load, str], ...]:
     return tuple(result)
 
 
-FORCE = options.Option(
-    "force", "FORCES", 'Tangential force, or several in turn: "0.05 N, -0.05 N".', _forces, None
+FORCE = Option.value("force", _forces, 'Tangential force, or several in turn: "0.05 N, -0.05 N".')
+SHIFT = Option.value("shift", LENGTH, 'Rigid tangential shift, instead of a force: "20 nm".')
+STAGES = Option.value(
+    "stages", _stages, 'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".'
 )
-SHIFT = options.Option(
-    "shift", "LENGTH", 'Rigid tangential shift, instead of a force: "20 nm".', options.LENGTH, None
-)
-STAGES = options.Option(
-    "stages",
-    "STAGES",
-    'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".',
-    _stages,
-    None,
-)
-OUTPUT = options.file_option(
-    "output", "FILE.nc|csv|json", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json")
-)
-FIGURE = options.file_option(
-    "figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", options.PICTURES
-)
-STRESS = options.flag_option("stress", "Also compute subsurface stress and Ruiz parameters.")
-_ASKED: tuple[options.Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
+OUTPUT = Option.file("output", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json"))
+FIGURE = Option.figure("traction, slip and curve")
+STRESS = Option.flag("stress", "Also compute subsurface stress and Ruiz parameters.")
+_ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -124,18 +115,7 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
         FIGURE,
         *options.SHOWN,
     ),
-    (
-        options.LOAD,
-        FRICTION,
-        FORCE,
-        SHIFT,
-        options.MATERIAL,
-        options.COUNTER_MATERIAL,
-        options.BOUNDARY,
-        options.MISSING,
-        OUTPUT,
-        options.REPORT,
-    ),
+    short_help="load friction force shift material counter-material boundary missing output report",
     run=_run,
     rules=(
         options.Rule(options.ONE_OF, *options.LOADS[:-1], STAGES, text="1 N"),
@@ -150,7 +130,7 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
             "Tangential loading",
             "Shift, stick and slip of this contact under a tangential force.",
             _ASKED,
-            short_help=((FRICTION, "0.15"),),
+            initial=((FRICTION, "0.15"),),
         ),
     ),
     presentations={"Tangential": "analyses.tangential.report:TangentialPresentation"},

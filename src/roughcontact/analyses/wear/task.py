@@ -8,7 +8,7 @@ from typing import Any
 from roughcontact.formats import export
 from roughcontact.request import options, parsing
 from roughcontact.request.contacts import FRICTION
-from roughcontact.request.options import TABLES, Option, Rule, file_option
+from roughcontact.request.options import TABLES, Option, Rule
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -18,31 +18,27 @@ _SURFACES = export.SURFACE.suffixes
 
 def _coefficient(name: str, text: str) -> Option[float]:
     argument = f"{name.replace('-', '_')}_coefficient"
-    parse = parsing.quantity("wear coefficient")
-    return Option(name, "COEFFICIENT", text, parse, 0.0, arguments=(argument,))
+    return Option(name, parsing.quantity("wear coefficient"), text, 0.0, arguments=(argument,))
 
 
 WEAR = _coefficient(
     "wear", 'Wear coefficient, volume per load and distance: "1e-15 m2/N", "1e-6 mm3/Nm".'
 )
 COUNTER_WEAR = _coefficient("counter-wear", "Wear coefficient of the counter-body; default: 0.")
-DISTANCE = Option(
-    "distance", "LENGTHS", 'Sliding distance(s): "3.5 m" or "1 m, 10 m".', parsing.lengths, None
-)
+DISTANCE = Option.value("distance", parsing.lengths, 'Sliding distance(s): "3.5 m" or "1 m, 10 m".')
 _MOTIONS = ("sliding", "fretting")
 MOTION = Option(
     "motion",
-    "|".join(_MOTIONS),
-    "On a smooth counter-body, or with slip below the asperities; default: sliding.",
     parsing.choice(*_MOTIONS),
+    "On a smooth counter-body, or with slip below the asperities; default: sliding.",
     _MOTIONS[0],
 )
-OUTPUT = file_option("output", "FILE.csv|json|nc", "Steps; .nc: also maps.", (*TABLES, ".nc"))
-WORN_SURFACE = file_option(
-    "worn-surface", "FILE", f"Worn surface: {', '.join(_SURFACES)}.", _SURFACES
+OUTPUT = Option.file("output", "Steps; .nc: also maps.", (*TABLES, ".nc"))
+WORN_SURFACE = Option.file(
+    "worn-surface", f"Worn surface: {', '.join(_SURFACES)}.", _SURFACES, metavar="FILE"
 )
-WORN_COUNTER = file_option("worn-counter-surface", "FILE", "Worn counter-body.", _SURFACES)
-FIGURE = file_option("figure", "FILE", "Figure of running-in (PNG, SVG or PDF).", options.PICTURES)
+WORN_COUNTER = Option.file("worn-counter-surface", "Worn counter-body.", _SURFACES, metavar="FILE")
+FIGURE = Option.figure("running-in")
 _PLAIN: tuple[Option[Any], ...] = (DISTANCE, MOTION, FRICTION, options.FOLDER)
 _LOADS = (options.LOAD, options.HERTZ)
 _ARGUMENTS = (WEAR, DISTANCE, COUNTER_WEAR, MOTION, FRICTION)
@@ -90,7 +86,8 @@ roughcontact wear ground.x3p --load "50 MPa" --wear "1e-15 m2/N" \\
         *_FILES,
         *options.SHOWN,
     ),
-    (options.LOAD, WEAR, DISTANCE, *options.BODY_CONSTANTS, options.MISSING, *_FILES[:2]),
+    short_help="load wear distance material young poisson yield-strength missing "
+    "output worn-surface",
     run=_run,
     rules=(
         Rule(options.ONE_OF, *_LOADS, text="1 N"),
@@ -113,7 +110,7 @@ roughcontact wear ground.x3p --load "50 MPa" --wear "1e-15 m2/N" \\
             "Wear",
             "How the surface runs in: contact, pressure and roughness over the sliding distance.",
             _ARGUMENTS,
-            short_help=((WEAR, "1e-15 m2/N"), (DISTANCE, "1 m")),
+            initial=((WEAR, "1e-15 m2/N"), (DISTANCE, "1 m")),
         ),
     ),
     presentations={"Wear": "analyses.wear.report:WearPresentation"},
