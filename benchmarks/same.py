@@ -583,7 +583,7 @@ _HOLES = _SOLVE.replace("rough.npy", "holes.npy")
 _WIDE = f"solve wide.npy --unit um --size '72 um x 80 um' {_STEEL}"
 _BALL = "--points 48 --size '0.4 mm' --material 100Cr6"
 _SPHERE = f"{_BALL} --body 'sphere 10 mm'"
-_PERFECT = "--model elastoplastic --increments 2 --tolerance 1e-3"
+_PERFECT = "--model elastoplastic --set increments=2 --set tolerance=1e-3"
 _VOLUME = f"solve {_SPHERE.replace('48', '32')} --load '80 N' {_PERFECT}"
 _SWEEP = f"sweep {_ON} --from '20 mN' --to '1 N' --steps 4 --folder kept"
 _FORMS = (
@@ -607,7 +607,7 @@ _FIND = (
 )
 _ROLL = (
     "roll --points 16 --size '0.4 mm' --body flat --material 100Cr6 --counter-body "
-    "'sphere 5 mm' --load '60 N' --boundary periodic --passes 2 --steps 2 --tolerance 1e-3"
+    "'sphere 5 mm' --load '60 N' --boundary periodic --passes 2 --steps 2 --set tolerance=1e-3"
 )
 _ESTIMATE = "estimate --sq '0.5 um' --sdq 0.1 --sal '12 um' --pressure '100 MPa' --material 100Cr6"
 _GENERATE = "generate --size '0.1 mm' --points 48 --sq '0.4 um' --sal '12 um'"
@@ -626,8 +626,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
     "prepared": (
         f"{_HOLES} --crop 2:62,0:60 --outliers 6 --level robust --form 'polynomial 3' "
-        "--missing fill --s-filter '4 um' --l-filter '60 um' --pixel '1.2 um' --rotate 90 "
-        "--tip-radius '2 um' --report a.html",
+        "--missing fill --s-filter '4 um' --l-filter '60 um' --pixel '1.2 um' --set rotate=90 "
+        "--set tip-radius='2 um' --report a.html",
     ),
     "holes": (f"{_HOLES} --missing mask --output a.nc", f"{_HOLES} --missing crop", _HOLES),
     "ceilings": (
@@ -636,27 +636,27 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         f"{_HALF} --ceiling '62 HRC'",
         f"{_HALF} --hardening 'linear 2 GPa'",
     ),
-    "approach": (f"{_WIDE} --approach '0.3 um' --boundary periodic --precision single",),
+    "approach": (f"{_WIDE} --approach '0.3 um' --boundary periodic --set precision=single",),
     "materials": ("materials", "materials 100Cr6", "materials --json", "materials 'bearing steel'"),
     "catalogue": (
         f"solve rough.npy {_MAP} --load '0.3 N' --material 100Cr6 "
         "--counter-material alumina --json",
     ),
     "counter": (
-        f"{_SOLVE} --counter-surface rough.npy --counter-young '70 GPa' "
-        "--counter-poisson 0.33 --output a.nc",
+        f"{_SOLVE} --counter-surface rough.npy --set counter-young='70 GPa' "
+        "--set counter-poisson=0.33 --output a.nc",
     ),
     "aligned": (
-        f"{_SOLVE} --counter-surface other.npy --align --offset '2 um, -3 um' "
-        f"--angle {3 * CLOCKWISE} "
-        "--mirror --output a.nc --report a.html",
+        f"{_SOLVE} --counter-surface other.npy --align --set offset='2 um, -3 um' "
+        f"--set angle={3 * CLOCKWISE} "
+        "--set mirror --output a.nc --report a.html",
     ),
     "bodies": tuple(
         f"solve {_BALL} --body '{form}' --load '2 N' --output {form.split()[0]}.json"
         for form in _FORMS
     ),
     "rough-ball": (f"solve {_ON} --body 'sphere 1 mm' --counter-body 'sphere 5 mm' --load '1 N'",),
-    "tilt": (f"{_SOLVE} --load-point '0 um, 5 um' --output a.nc",),
+    "tilt": (f"{_SOLVE} --set load-point='0 um, 5 um' --output a.nc",),
     "study": (f"{_SOLVE} --study --report a.html",),
     "texts": (_SOLVE.replace(".npy", ".txt"), _SOLVE.replace(".npy", ".csv")),
     "info": (f"info rough.npy {_MAP}", f"info holes.npy {_MAP} --json", "info broken.nc"),
@@ -772,7 +772,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         f"{_SOLVE} --body 'torus 3 mm'",
         f"{_SOLVE} --counter-surface other.npy",
         f"{_SOLVE} --poisson 0.8",
-        f"{_SOLVE} --max-iterations 2",
+        f"{_SOLVE} --set max-iterations=2",
     ),
     "errors-options": (
         f"{_SOLVE} --output a.doc",

@@ -115,7 +115,7 @@ def _prepare(app: Sphinx) -> None:
         )
         for known in read.FORMATS
     )
-    heads = "maker or program", "suffixes", "`--format`", "read", "not read", "checked on"
+    heads = "maker or program", "suffixes", "`format`", "read", "not read", "checked on"
     _table(generated / "suffixes.md", heads, rows)
     explanations = Path(roughcontact.__file__).with_name("explanations.toml")
     paragraphs = tomllib.loads(explanations.read_text(encoding="utf-8"))

@@ -27,8 +27,8 @@ BALL = [
     *shlex.split("solve --body 'sphere 10 mm' --points 16 --size '0.4 mm'"),
     *STEEL,
     *shlex.split(
-        "--yield-strength '1 GPa' --model elastoplastic --load '60 N' --increments 2 "
-        "--tolerance 1e-3"
+        "--yield-strength '1 GPa' --model elastoplastic --load '60 N' --set increments=2 "
+        "--set tolerance=1e-3"
     ),
 ]
 

@@ -229,13 +229,14 @@ def test_every_option_reaches_the_library(
             "300 nm",
             *YIELDING,
             *shlex.split(
-                "--counter-young '70 GPa' --counter-poisson 0.33 "
-                "--counter-yield-strength '300 MPa' --counter-surface"
+                "--set counter-young='70 GPa' --set counter-poisson=0.33 "
+                "--set counter-yield-strength='300 MPa' --counter-surface"
             ),
             str(map_with_holes),
             *shlex.split(
                 "--ceiling '2 GPa' --boundary periodic --level quadric --missing fill "
-                "--crop 0:32,:48 --tolerance 1e-5 --max-iterations 300 --precision double "
+                "--crop 0:32,:48 --set tolerance=1e-5 --set max-iterations=300 "
+                "--set precision=double "
                 "--json"
             ),
         ]
@@ -292,7 +293,7 @@ def test_a_tag_is_explained(capsys: Capture) -> None:
 @pytest.mark.parametrize(
     "task",
     [
-        ("solve", "--load", "10 N", "--uncalibrated"),
+        ("solve", "--load", "10 N", "--set", "uncalibrated"),
         ("stress", "--load", "10 N"),
         ("sweep", "--from", "5 N", "--to", "10 N", "--steps", "2"),
         ("history", "--path", "10 N, 0 N"),
@@ -326,7 +327,7 @@ def test_unsuitable_ceiling_shows_calibrated_ceiling(capsys: Capture) -> None:
     assert app.main(["solve", *ball, *YIELDING]) == app.SOLVED
     shown = capsys.readouterr().out
     assert f"calibrated ceiling ({other['factor']:.3g} σ_Y)" in shown
-    assert app.main(["solve", *ball, *YIELDING, "--uncalibrated"]) == app.SOLVED
+    assert app.main(["solve", *ball, *YIELDING, "--set", "uncalibrated"]) == app.SOLVED
     alone = capsys.readouterr().out
     assert shown[shown.index("CAUTION ceiling") :] == alone[alone.index("CAUTION ceiling") :]
     # Other commands have the messages of the contact.
@@ -458,7 +459,7 @@ WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     ),
     "volume": (
         (
-            *shlex.split("solve --model elastoplastic --increments 1"),
+            *shlex.split("solve --model elastoplastic --set increments=1"),
             *SMALL_BALL,
             "--load",
             "1 N",
@@ -559,18 +560,32 @@ def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: C
         (("--load", "1 N", "--young", "2 GPa", "--poisson", "0.7"), ("--poisson", "0.7", "0.5]")),
         (("--load", "1 N", "--young", "2 GPa"), ("--poisson is needed",)),
         (("--load", "1 N", "--poisson", "0.3"), ("--young is needed",)),
-        (("--load", "1 N", *STEEL, "--counter-young", "1 GPa"), ("--counter-poisson is needed",)),
         (
-            ("--load", "1 N", *STEEL, "--counter-young", "1 GPa", "--counter-poisson", "-1"),
-            ("--counter-poisson", "-1.0"),
+            ("--load", "1 N", *STEEL, "--set", "counter-young=1 GPa"),
+            ("--set counter-poisson is needed",),
+        ),
+        (
+            (
+                "--load",
+                "1 N",
+                *STEEL,
+                "--set",
+                "counter-young=1 GPa",
+                "--set",
+                "counter-poisson=-1",
+            ),
+            ("--set counter-poisson", "-1.0"),
         ),
         (("--load", "1 N", *STEEL, "--ceiling", "3"), ("--ceiling", "'3'", "no unit")),
         (("--load", "1 N", *STEEL, "--boundary", "open"), ("--boundary", "periodic", "'open'")),
-        (("--load", "1 N", *STEEL, "--tolerance", "0"), ("--tolerance", "positive", "0.0")),
+        (("--load", "1 N", *STEEL, "--set", "tolerance=0"), ("--set tolerance", "positive", "0.0")),
         (("--load", "1 N", *STEEL, "--crop", "1:9"), ("--crop", "0:256,100:356", "'1:9'")),
         (("--load", "1 N", *STEEL, "--crop", "0:99,0:9"), ("rows", "(0, 99)")),
-        (("--load", "1 N", *STEEL, "--channel", "phase"), ("rough.npy", "'phase'")),
-        (("--load", "1 N", *STEEL, "--format", "docx"), ("--format must be one of", "'docx'")),
+        (("--load", "1 N", *STEEL, "--set", "channel=phase"), ("rough.npy", "'phase'")),
+        (
+            ("--load", "1 N", *STEEL, "--set", "format=docx"),
+            ("--set format must be one of", "'docx'"),
+        ),
         # 0.1 mm × 0.2 mm under 3 GPa carries 60 N.
         (("--load", "61 N", *YIELDING), ("--load = 61 N", "60 N")),
     ],
@@ -689,13 +704,21 @@ def test_not_converged_shows_the_best_and_writes_nothing(
 ) -> None:
     output = tmp_path / "out.nc"
     output.write_text("an older result")
-    options = (*YIELDING, "--max-iterations", "2", "--tolerance", "1e-12", "--output", str(output))
+    options = (
+        *YIELDING,
+        "--set",
+        "max-iterations=2",
+        "--set",
+        "tolerance=1e-12",
+        "--output",
+        str(output),
+    )
     assert solve(rough, *options, "--figures", str(tmp_path / "run1")) == app.NOT_CONVERGED
     out, err = capsys.readouterr()
     assert "Not converged: certificate" in out
     assert "Contact pressure" in out
     assert err.startswith("roughcontact: error: not converged: certificate")
-    assert "--max-iterations" in err
+    assert "--set max-iterations" in err
     assert "no file was written" in err
     assert err.count("\n") == 1
     assert output.read_text() == "an older result"
@@ -797,7 +820,7 @@ def test_insufficient_memory_is_reported_in_one_sentence(
         raise MemoryError
 
     monkeypatch.setattr(contact, "solve_case", exhausted)
-    assert_rejected(capsys, solve(rough, *STEEL), "memory", "--crop", "--precision single")
+    assert_rejected(capsys, solve(rough, *STEEL), "memory", "--crop", "--set precision=single")
 
 
 # Measured files
@@ -809,17 +832,17 @@ def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys:
     size = ("--size", "0.1 mm x 0.2 mm")
     words = ("--load", "1 N", *STEEL)
     assert_rejected(
-        capsys, app.main(["solve", str(path), *words, *size]), "--override-size as well"
+        capsys, app.main(["solve", str(path), *words, *size]), "--set override-size as well"
     )
     assert_rejected(
-        capsys, app.main(["solve", str(path), *words, "--override-size"]), "needs a FILE"
+        capsys, app.main(["solve", str(path), *words, "--set", "override-size"]), "needs a FILE"
     )
-    command = ["solve", str(path), *words, *size, "--override-size", "--verbose"]
+    command = ["solve", str(path), *words, *size, "--set", "override-size", "--verbose"]
     assert app.main(command) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
     assert "Size (y × x) 100 µm × 200 µm" in told
     assert "10 mm × 20 mm, as the file gives them" in told
-    assert app.main(["info", str(path), *size, "--override-size", "--json"]) == app.SOLVED
+    assert app.main(["info", str(path), *size, "--set", "override-size", "--json"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["size"] == pytest.approx([1e-4, 2e-4])
 
 
@@ -1024,7 +1047,8 @@ def test_every_preparation_reaches_the_library_in_its_order(
     options = (
         *shlex.split(
             "--crop 0:36,0:60 --outliers 5 --level robust --form 'polynomial 3' --missing fill "
-            "--s-filter '12 um' --l-filter '80 um' --pixel '2 um' --rotate 90 --invert --flip x"
+            "--s-filter '12 um' --l-filter '80 um' --pixel '2 um' "
+            "--set rotate=90 --set invert --set flip=x"
         ),
     )
     assert solve(map_with_holes, *STEEL, *options, "--json") == app.SOLVED
@@ -1098,7 +1122,7 @@ PREPARATIONS: Rows = [
     (("--form", "polynomial"), ("--form must be",)),
     (("--form", "polynomial ²"), ("--form must be", "got 'polynomial ²'")),
     (("--outliers", "many"), ("--outliers must be a number",)),
-    (("--rotate", "45"), ("--rotate must be a multiple of 90",)),
+    (("--set", "rotate=45"), ("--set rotate must be a multiple of 90",)),
     (("--s-filter", "3"), ("--s-filter needs a length", "no unit")),
     (("--pixel", "1 N"), ("--pixel needs a length", "(a force)")),
     (("--pixel", "1 m"), ("--pixel must be at most half the map",)),
@@ -1125,14 +1149,17 @@ SWEEPS: Rows = [
     (("--output", "absent/curve.csv"), ("'absent' does not exist",)),
 ]
 VOLUMES: Rows = [
-    (("--increments", "3"), ("--model elastoplastic",)),
+    (("--set", "increments=3"), ("--model elastoplastic",)),
     (("--unload",), ("--unload needs --model elastoplastic",)),
     (("--model", "both"), ("--model must be one of",)),
     (
-        ("--model", "elastoplastic", "--increments", "0"),
-        ("--increments must be a whole number from 1",),
+        ("--model", "elastoplastic", "--set", "increments=0"),
+        ("--set increments must be a whole number from 1",),
     ),
-    (("--model", "elastoplastic", "--increments", "some"), ("a whole number, or auto", "'some'")),
+    (
+        ("--model", "elastoplastic", "--set", "increments=some"),
+        ("a whole number, or auto", "'some'"),
+    ),
     (("--model", "elastoplastic", "--ceiling", "3 GPa"), ("--ceiling needs --model ceiling",)),
     (
         ("--model", "elastoplastic", "--output", "out.npz"),
@@ -1160,8 +1187,8 @@ VOLUMES: Rows = [
         ("--model", "elastoplastic", "--hardening", "swift 945 MPa 20 0.121"),
         ("--hardening starts at a yield strength of 1.358 GPa", "leave --yield-strength out"),
     ),
-    (("--model", "elastoplastic", "--max-iterations", "0"), ("--max-iterations must be",)),
-    (("--model", "elastoplastic", "--tolerance", "1e-9"), ("--precision double",)),
+    (("--model", "elastoplastic", "--set", "max-iterations=0"), ("--set max-iterations must be",)),
+    (("--model", "elastoplastic", "--set", "tolerance=1e-9"), ("--set precision=double",)),
     (("--model", "elastoplastic", "--hardening", "steel"), ("--hardening must read like",)),
     (
         ("--model", "elastoplastic", "--hardening", "kinematic 1 GPa, kinematic 2 GPa"),
@@ -1219,13 +1246,17 @@ def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys
     other = tmp_path / "other.npy"
     np.save(other, bumps()[:30, :50])
     counter = ("--counter-surface", str(other))
-    for options in (("--align",), ("--offset", "5 um, -10 um", "--angle", "20"), ("--mirror",)):
+    for options in (
+        ("--align",),
+        ("--set", "offset=5 um, -10 um", "--set", "angle=20"),
+        ("--set", "mirror"),
+    ):
         assert solve(rough, *STEEL, *counter, *options, "--json") == app.SOLVED
         told = json.loads(capsys.readouterr().out)
         assert any(step.startswith("aligned") for step in told["counter_preparation"])
     assert_rejected(capsys, solve(rough, *STEEL, "--align"), "--counter-surface")
     assert_rejected(
-        capsys, solve(rough, *STEEL, *counter, "--offset", "5 um"), "--offset needs two"
+        capsys, solve(rough, *STEEL, *counter, "--set", "offset=5 um"), "--set offset needs two"
     )
 
 
@@ -1345,7 +1376,7 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
     heights = np.kron(bumps(), np.ones((2, 2)))
     path, report = tmp_path / "fine.npy", tmp_path / "out.html"
     np.save(path, heights)
-    options = (*YIELDING, "--study", "--report", str(report), "--tip-radius", "5 um")
+    options = (*YIELDING, "--study", "--report", str(report), "--set", "tip-radius=5 um")
     assert solve(path, *options, "--verbose") == app.SOLVED
     assert "tip (radius 5 µm)" in " ".join(capsys.readouterr().out.split())
     text = report.read_text(encoding="utf-8")
@@ -1357,15 +1388,17 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
 
 
 def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -> None:
-    assert solve(rough, *STEEL, "--load-point", "3 um, -8 um", "--json") == app.SOLVED
+    assert solve(rough, *STEEL, "--set", "load-point=3 um, -8 um", "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["moments"] == pytest.approx([0.1 * 3e-6, -0.1 * 8e-6])
     assert told["moment_error"] <= 1e-8
     assert any(told["tilt"])
-    assert solve(rough, *STEEL, "--load-point", "0 um, 0 um") == app.SOLVED
+    assert solve(rough, *STEEL, "--set", "load-point=0 um, 0 um") == app.SOLVED
     assert "Tilt (y, x)" in capsys.readouterr().out
-    assert_rejected(capsys, solve(rough, *STEEL, "--load-point", "0 um, 1 mm"), "moments")
-    assert_rejected(capsys, solve(rough, *STEEL, "--load-point", "1 um"), "--load-point needs two")
+    assert_rejected(capsys, solve(rough, *STEEL, "--set", "load-point=0 um, 1 mm"), "moments")
+    assert_rejected(
+        capsys, solve(rough, *STEEL, "--set", "load-point=1 um"), "--set load-point needs two"
+    )
 
 
 # Stress below the surface
@@ -1463,7 +1496,7 @@ def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
 def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "32", "--size", "0.4 mm", "--load", "100 N")
     output = tmp_path / "v.nc"
-    law = ("--model", "elastoplastic", "--increments", "3", "--hardening", "linear 2 GPa")
+    law = ("--model", "elastoplastic", "--set", "increments=3", "--hardening", "linear 2 GPa")
     command = ["solve", *ball, *YIELDING, *law, "--verbose", "--output", str(output)]
     assert app.main(command) == app.SOLVED
     out, err = capsys.readouterr()
@@ -1482,13 +1515,13 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     assert told["volume"]["max_plastic_strain"] > stored.max_plastic_strain
     assert told["volume"]["increments"] == 12
     assert 0 < told["volume"]["step_error"] < 0.01
-    few = ("--model", "elastoplastic", "--increments", "2")
+    few = ("--model", "elastoplastic", "--set", "increments=2")
     assert app.main(["solve", *ball, *YIELDING, *few, "--verbose"]) == app.SOLVED
     assert "pixel-scatter" in capsys.readouterr().out
     single = (
         *ball,
         *YIELDING,
-        *shlex.split("--model elastoplastic --increments 1 --tolerance 1e-2"),
+        *shlex.split("--model elastoplastic --set increments=1 --set tolerance=1e-2"),
     )
     assert app.main(["solve", *single]) == app.SOLVED
     assert "1 increment\n" in capsys.readouterr().out
@@ -1522,7 +1555,7 @@ BALL = (
     *shlex.split("--body 'sphere 10 mm' --points 24 --size '0.4 mm' --load '100 N'"),
     *YIELDING,
     *shlex.split(
-        "--model elastoplastic --increments 3 --hardening 'linear 20 GPa' --tolerance 1e-3"
+        "--model elastoplastic --set increments=3 --hardening 'linear 20 GPa' --set tolerance=1e-3"
     ),
 )
 
@@ -1567,14 +1600,14 @@ def test_the_volume_model_needs_a_body_that_yields(rough: Path, capsys: Capture)
 @pytest.mark.long
 def test_volume_model_accepts_solver_options(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "out.json"
-    given = ("--model", "elastoplastic", "--increments", "1", "--precision", "double")
-    assert solve(rough, *YIELDING, *given, "--tolerance", "1e-3", "--output", str(out)) == 0
+    given = ("--model", "elastoplastic", "--set", "increments=1", "--set", "precision=double")
+    assert solve(rough, *YIELDING, *given, "--set", "tolerance=1e-3", "--output", str(out)) == 0
     told = json.loads(out.read_text("utf-8"))["volume"]
     assert (told["precision"], told["tolerance"]) == ("double", 1e-3)
     # One iteration never settles: the change from nothing is all of the strain.
     capsys.readouterr()
-    assert solve(rough, *YIELDING, *given, "--max-iterations", "1") == app.NOT_CONVERGED
-    assert "increase --max-iterations" in capsys.readouterr().err
+    assert solve(rough, *YIELDING, *given, "--set", "max-iterations=1") == app.NOT_CONVERGED
+    assert "increase --set max-iterations" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

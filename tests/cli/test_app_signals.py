@@ -24,7 +24,7 @@ MAP = ["rough.npy", "--unit", "m", "--size", "32 um x 32 um", *STEEL]
 BALL = [
     *shlex.split("--body 'sphere 10 mm' --points 16 --size '0.4 mm'"),
     *STEEL,
-    *shlex.split("--model elastoplastic --load '60 N' --increments 2 --tolerance 1e-3"),
+    *shlex.split("--model elastoplastic --load '60 N' --set increments=2 --set tolerance=1e-3"),
 ]
 
 # The command, the file that is being written when the signal comes, and what stays.

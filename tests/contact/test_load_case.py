@@ -16,6 +16,7 @@ from roughcontact.batch import project
 from roughcontact.cli import app
 from roughcontact.contact import load_case
 from roughcontact.contact.pair import Pair
+from roughcontact.request.options import LOAD
 from roughcontact.surface import nominal_bodies
 from roughcontact.theory import hertz
 
@@ -204,7 +205,7 @@ def test_a_line_load_and_a_peak_of_hertz_on_the_command_line(capsys: Capture) ->
     line = json_output(capsys, "solve", *STRIP, "--load", "20 N/mm")
     assert line["load"] == pytest.approx(0.5)
     assert line["given_load"] == {"form": "line load", "value": 2e4, "unit": "N/m", "load": 0.5}
-    peak = json_output(capsys, "solve", *STRIP, "--hertz", "400 MPa")
+    peak = json_output(capsys, "solve", *STRIP, "--load", "hertz 400 MPa")
     assert peak["given_load"]["form"] == "Hertz's peak pressure"
     # Discretization: 21 pixels to the half-width.
     assert peak["max_pressure"] == pytest.approx(400e6, rel=1e-3)
@@ -214,12 +215,12 @@ def test_a_line_load_and_a_peak_of_hertz_on_the_command_line(capsys: Capture) ->
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("--load", "1 N", "--hertz", "1 GPa"), "give one of --load, --hertz and --approach"),
-        (("--approach", "1 um", "--hertz", "1 GPa"), "give one of --load, --hertz and --approach"),
-        ((), "give one of --load, --hertz and --approach"),
-        (("--hertz", "5 N"), "--hertz needs a pressure"),
+        (("--load", "1 N", "--approach", "1 um"), "give one of --load and --approach"),
+        ((), "give one of --load and --approach"),
+        (("--load", "hertz 5 N"), "peak pressure such as 'hertz 1.5 GPa', got '5 N'"),
+        (("--hertz", "1 GPa"), "--hertz is gone: give --load 'hertz 1 GPa'"),
         (("--load", "5 s"), "a line load such as '600 N/mm'"),
-        (("--hertz", "1 GPa"), "--hertz (Hertz's peak pressure) needs a nominal sphere"),
+        (("--load", "hertz 1 GPa"), "--load (Hertz's peak pressure) needs a nominal sphere"),
         (("--load", "1 N/mm"), "--load (line load) needs a nominal cylinder"),
     ],
 )
@@ -254,12 +255,12 @@ def test_project_accepts_lists_of_peaks(tmp_path: Path) -> None:
     path = tmp_path / "project.toml"
     path.write_text(
         '[[contact]]\nname = "roller"\nbody = "cylinder 10 mm"\npoints = "64x16"\n'
-        'size = "0.1 mm x 25 um"\nmaterial = "100Cr6"\nhertz = ["1 GPa", "2 GPa"]\n',
+        'size = "0.1 mm x 25 um"\nmaterial = "100Cr6"\nload = ["hertz 1 GPa", "hertz 2 GPa"]\n',
         encoding="utf-8",
     )
     entries = project.read_project(path)
-    assert [entry.name for entry in entries] == ["roller 1 GPa", "roller 2 GPa"]
-    assert [entry.request.load[0] for entry in entries] == [
+    assert [entry.name for entry in entries] == ["roller hertz 1 GPa", "roller hertz 2 GPa"]
+    assert [entry.request[LOAD] for entry in entries] == [
         rc.HertzPressure(1e9),
         rc.HertzPressure(2e9),
     ]

@@ -380,7 +380,7 @@ class Desk(RuleBasedStateMachine):
                 ("load", "1 TN"),
                 ("load", "-1 N"),
                 ("load", "600 N/mm"),
-                ("hertz", "1 GPa"),
+                ("load", "hertz 1 GPa"),
                 ("approach", "10 nm"),
                 ("approach", "1 km"),
                 ("ceiling", "none"),

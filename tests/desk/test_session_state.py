@@ -65,6 +65,11 @@ def test_text_that_cannot_be_used_changes_nothing(complete: SessionState) -> Non
         complete.with_option("from", "1 N")
 
 
+def test_key_of_an_older_version_is_read(tmp_path: Path) -> None:
+    text = '[[contact]]\nname = "contact"\nmaterial = "100Cr6"\nhertz = "1 GPa"\n'
+    assert from_script(text, tmp_path).specified["load"] == "hertz 1 GPa"
+
+
 @pytest.mark.parametrize("name", ["output", "report", "quiet", "nonsense"])
 def test_options_foreign_to_project_file_raise_input_error(
     complete: SessionState, name: str

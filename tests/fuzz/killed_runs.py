@@ -46,7 +46,7 @@ VERDICTS = (RESUMED, ENDED, WRONG)
 _MAP = "--unit um --size '0.1 mm' --young '210 GPa' --poisson 0.3 --yield-strength '1 GPa'"
 _VOLUME = (
     "--unit um --size '0.3 mm' --young '210 GPa' --poisson 0.3 --yield-strength '1.6 GPa' "
-    "--model elastoplastic --tolerance 1e-3"
+    "--model elastoplastic --set tolerance=1e-3"
 )
 _PROJECT = """\
 folder = "results"
@@ -114,7 +114,7 @@ COMMANDS = {
         ("out.csv", "out.x3p"),
     ),
     "volume": Command(
-        f"solve ball.npy {_VOLUME} --load '0.6 N' --increments 4 --folder kept --output out.nc",
+        f"solve ball.npy {_VOLUME} --load '0.6 N' --set increments=4 --folder kept --output out.nc",
         ("out.nc",),
         "kept/step-*.nc",
     ),

@@ -37,7 +37,8 @@ def test_help_explains_ten_options_and_lists_others(
     explained = re.findall(r"^  --([\w-]+)", first, re.MULTILINE)
     assert explained == FIRST[command]
     assert len(set(explained)) == 10
-    named = set(re.findall(r"(?<=\s)--([\w-]+)", rest)) - {"help-all", "help"}
+    rest, settings = rest.split("Help:")[0].split("--set NAME=VALUE")
+    named = set(re.findall(r"(?<=\s)--([\w-]+)", rest)) | set(settings.split())
     assert named == COMMANDS[command].by_name.keys() - set(explained)
     assert max(map(len, out.splitlines())) <= 80
     assert out.count("\n") < 72
@@ -56,7 +57,13 @@ def test_all_options_are_explained_in_their_order(
     out = command_output(capsys, command, "--help-all" if command in FIRST else "--help")
     assert max(map(len, out.splitlines())) <= 80
     explained = re.findall(r"^  --([\w-]+)", out, re.MULTILINE)
-    assert [name for name in explained if name != "help-all"] == list(COMMANDS[command].by_name)
+    known = COMMANDS[command].options
+    assert [name for name in explained if name not in ("help-all", "set")] == [
+        option.name for option in known if not option.is_setting
+    ]
+    listed = out.partition("\nSettings:")[2].partition("\n\n")[0]
+    settings = re.findall(r"^  ([a-z][\w-]+)[= ]", listed, re.MULTILINE)
+    assert settings == [option.name for option in known if option.is_setting]
     plain = " ".join(out.split())
     assert all(" ".join(option.help.split()) in plain for option in COMMANDS[command].options)
 

@@ -112,7 +112,7 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
             "--counter-maps",
             str(tmp_path / "two.nc"),
             *shlex.split(
-                "--draws 3 --level none --load '0.1 N, 0.3 N' --boundary periodic "
+                "--set draws=3 --level none --load '0.1 N, 0.3 N' --boundary periodic "
                 "--young '210 GPa' --poisson 0.3 --yield-strength '1 GPa' --json"
             ),
             *more,
@@ -349,7 +349,7 @@ def test_the_heading_of_a_law_names_the_maps_of_both_faces(
     monkeypatch.chdir(tmp_path)
     for seed, name in enumerate(("one.nc", "two.nc", "three.nc")):
         rc.Surface(*rc.reference_map(32, seed)).save(name)
-    words = [word for name in second for word in ("--counter-maps", name)] + ["--draws", "4"]
+    words = [word for name in second for word in ("--counter-maps", name)] + ["--set", "draws=4"]
     words += ["--from", "10 MPa", "--to", "50 MPa", "--steps", "2", "--boundary", "periodic"]
     words += ["--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa"]
     app.main(["law", *first, *words])

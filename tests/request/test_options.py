@@ -66,7 +66,8 @@ NEEDED = {
 
 
 def words(given: dict[str, str]) -> list[str]:
-    return [word for name, text in given.items() for word in (f"--{name}", text)]
+    options = {option.name: option for option in OPTIONS}
+    return [word for name, text in given.items() for word in options[name].words(text)]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -76,7 +77,10 @@ def test_a_command_offers_the_options_that_fit_it_and_no_other(
     # Built again: a command remembers the context in which it is parsed first.
     known = app._build_program.__wrapped__(command).commands[command]
     there = {word for parameter in known.params for word in parameter.opts if word.startswith("--")}
-    assert there - {"--help-all"} == {f"--{name}" for name in COMMANDS[command].by_name}
+    own = [option for option in COMMANDS[command].options if not option.is_setting]
+    assert there - {"--help-all", "--set"} == {f"--{option.name}" for option in own}
+    assert ("--set" in there) == (len(own) < len(COMMANDS[command].options))
+    assert len(there) <= 46
     subject = [] if command in ("generate", "materials", "demo") else ["subject"]
     strange = []
     for name in NAMES:
@@ -98,8 +102,32 @@ def test_no_option_is_parsed_as_another(task: str) -> None:
             continue
         with pytest.raises(InputError) as caught:
             from_text(task, None, {**BALL, **NEEDED[task], name: "rubbish"})
-        assert caught.value.message_for(TASKS[task].spell_argument).startswith(f"--{name}"), name
+        spelled = " ".join(option.words(True))
+        assert caught.value.message_for(TASKS[task].spell_argument).startswith(spelled), name
         assert caught.value.message_for(lambda m: spell_key(m, TASKS[task])).startswith(name)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ("--tolerance 1e-8", "--tolerance is a setting: give --set tolerance=1e-8"),
+        ("--tolerance=1e-8", "--tolerance is a setting: give --set tolerance=1e-8"),
+        ("--offset '0 um, 1 um'", "--offset is a setting: give --set 'offset=0 um, 1 um'"),
+        ("--mirror", "--mirror is a setting: give --set mirror"),
+        ("--hertz '2 GPa'", "--hertz is gone: give --load 'hertz 2 GPa'"),
+        ("--set tolernce=1e-8", "--set: unknown setting tolernce; did you mean tolerance?"),
+        ("--set tolerance", "--set tolerance needs a value, NUMBER"),
+        ("--set tolerance=1e-8 --set tolerance=1", "is given 2 times (1e-8, 1); give it once"),
+        ("--set precision=half", "--set precision must be one of double, single, got 'half'"),
+        ("--set mirror=no", "--set mirror must be true or false, got 'no'"),
+    ],
+)
+def test_setting_is_rejected_in_one_sentence(given: str, sentence: str, capsys: Capture) -> None:
+    command = ["solve", *words(BALL), "--load", "1 N", *shlex.split(given)]
+    assert app.main(command) == app.BAD_INPUT
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert error.count("\n") == 1
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -137,12 +165,12 @@ def test_format_of_one_model_names_its_model(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_arguments_are_spelled_at_each_edge() -> None:
     for mention, option, key in (
-        (ArgumentRef("max_iterations"), "--max-iterations", "max-iterations"),
-        (ArgumentRef("precision", "single"), "--precision single", 'precision = "single"'),
+        (ArgumentRef("max_iterations"), "--set max-iterations", "max-iterations"),
+        (ArgumentRef("precision", "single"), "--set precision=single", 'precision = "single"'),
         (ArgumentRef("size", "0.1 mm x 1 mm"), "--size '0.1 mm x 1 mm'", 'size = "0.1 mm x 1 mm"'),
         (ArgumentRef("ceiling", 3e9), "--ceiling '3 GPa'", 'ceiling = "3 GPa"'),
         (ArgumentRef("load", 0.5), "--load '500 mN'", 'load = "500 mN"'),
-        (ArgumentRef("tolerance", 1e-4), "--tolerance 0.0001", 'tolerance = "0.0001"'),
+        (ArgumentRef("tolerance", 1e-4), "--set tolerance=0.0001", 'tolerance = "0.0001"'),
         (ArgumentRef("study", True), "--study", "study = true"),
         (ArgumentRef("s"), "--s-filter", "s-filter"),
         (ArgumentRef("heights"), "heights", "heights"),

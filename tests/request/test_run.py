@@ -38,12 +38,12 @@ def test_unconverged_task_is_not_reported_as_solved(
     command: tuple[str, ...], tmp_path: Path, capsys: Capture
 ) -> None:
     report = tmp_path / "out.html"
-    hard = ("--max-iterations", "1", "--tolerance", "1e-12", "--report", str(report))
+    hard = ("--set", "max-iterations=1", "--set", "tolerance=1e-12", "--report", str(report))
     assert app.main([*command, *hard]) == app.NOT_CONVERGED
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     assert "not converged" in err
-    assert "--max-iterations" in err
+    assert "--set max-iterations" in err
     assert not report.exists()
 
 
@@ -116,8 +116,8 @@ def test_progress_is_formatted_as_text(task: str, given: dict[str, str], words: 
     "more",
     [
         (),
-        ("--load-point", "1 um, 0 um"),
-        ("--model", "elastoplastic", "--increments", "1"),
+        ("--set", "load-point=1 um, 0 um"),
+        ("--model", "elastoplastic", "--set", "increments=1"),
         ("stress",),
     ],
     ids=["solve", "tilt", "volume", "stress"],

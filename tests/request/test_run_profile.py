@@ -140,7 +140,7 @@ def test_info_has_the_parameters_of_a_profile(trace, capsys):
 def test_map_options_of_profile_are_rejected_in_one_sentence(trace, capsys):
     for command in (
         ["solve", "--load", "20 N/mm", "--model", "elastoplastic"],
-        ["solve", "--load", "20 N/mm", "--load-point", "0 um, 5 um"],
+        ["solve", "--load", "20 N/mm", "--set", "load-point=0 um, 5 um"],
         ["solve", "--load", "20 N/mm", "--ceiling", "calibrated"],
         ["history", "--path", "1 N, 0 N"],
         ["find", "--contact-fraction", "5 %"],
@@ -148,7 +148,7 @@ def test_map_options_of_profile_are_rejected_in_one_sentence(trace, capsys):
             "conductance --load '20 N/mm' --conductivity '40 W/m/K' "
             "--counter-conductivity '40 W/m/K'"
         ),
-        ["solve", "--load", "20 N/mm", "--rotate", "90"],
+        ["solve", "--load", "20 N/mm", "--set", "rotate=90"],
     ):
         task, *options = command
         assert app.main([task, str(trace), *STEEL, *options]) == app.BAD_INPUT, command

@@ -344,8 +344,8 @@ def test_command_prints_and_saves_intervals(
             "--instrument 'optical 6 um' --noise '1 nm' --shortest-wave '4 um' --also"
         ),
         f"{fine}=optical 4 um",
-        "--material-uncertainty",
-        "E 2 %, yield 4 %",
+        "--set",
+        "material-uncertainty=E 2 %, yield 4 %",
     ]
     assert app.main([*words, "--report", str(report), "--output", str(file)]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
@@ -376,7 +376,10 @@ def test_command_prints_and_saves_intervals(
             "--also: --instrument 'CSI' is",
         ),
         (["--uncertainty", "--instrument", "CSI 51x"], "not in the catalog"),
-        (["--uncertainty", "--material-uncertainty", "E 3"], "must read like 'E 3 %, yield 5 %'"),
+        (
+            ["--uncertainty", "--set", "material-uncertainty=E 3"],
+            "must read like 'E 3 %, yield 5 %'",
+        ),
     ],
 )
 def test_invalid_options_are_rejected(

@@ -8,7 +8,6 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,14 +25,14 @@ from roughcontact.request.options import (
     FOLDER,
     GROUP,
     HEAD,
-    HERTZ,
     LOAD,
+    REMOVED,
     REPORT,
     SHOWN,
     Option,
 )
 from roughcontact.request.request import Request
-from roughcontact.request.task import Task
+from roughcontact.request.task import Task, unknown_name
 
 _KEYS = ("folder", "write", "report", "materials", "defaults", "contact")
 DESK_TABLE = "desk"
@@ -198,9 +197,10 @@ class _Contact:
 
 
 def _unknown_key(key: str, known: Sequence[str]) -> str:
-    close = get_close_matches(key, known, n=1)
-    meant = f"did you mean {close[0]}? Known" if close else "known"
-    return f"unknown key {shorten_value(key)}; {meant} are {', '.join(known)}"
+    if key in REMOVED:
+        other, form = REMOVED[key]
+        return f'{key} is gone: give {other} = "{form.format("…")}"'
+    return unknown_name("key", key, known)
 
 
 def _hyphenate_keys(table: Any) -> Any:
@@ -287,7 +287,7 @@ def _make_entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
         for load in _listed_loads(requested[0]):
             contacts += 1
             for contact in requested:
-                parts = [contact.values["name"], *([] if load is None else [load[1]])]
+                parts = [contact.values["name"], *([] if load is None else [load])]
                 parts += [contact.task.name] if len(requested) > 1 else []
                 name = " ".join(map(str, parts))
                 stem = re.sub(r"[^\w.+-]+", "-", name)
@@ -301,21 +301,17 @@ def _make_entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
         raise project.source.make_error(("defaults", key), f"{key} fits none of the contacts")
 
 
-def _listed_loads(contact: _Contact) -> list[tuple[str, Any] | None]:
-    """Return key and value of each load of a list; ``[None]`` for a single load."""
-    hertz = isinstance(contact.values.get(HERTZ.name), list)
-    key = HERTZ.name if hertz else LOAD.name
-    loads = contact.values.get(key)
+def _listed_loads(contact: _Contact) -> list[Any]:
+    """Return each load of a list; ``[None]`` for a single load."""
+    loads = contact.values.get(LOAD.name)
     if loads == []:
-        raise contact.make_error(key, f"{key} is an empty list")
-    return [(key, load) for load in loads] if isinstance(loads, list) else [None]
+        raise contact.make_error(LOAD.name, "load is an empty list")
+    return loads if isinstance(loads, list) else [None]
 
 
-def _make_request(
-    project: _Project, contact: _Contact, load: tuple[str, Any] | None, stem: str
-) -> Request:
+def _make_request(project: _Project, contact: _Contact, load: Any, stem: str) -> Request:
     """Return the request of a contact under one of its loads."""
-    values = contact.values if load is None else {**contact.values, load[0]: load[1]}
+    values = contact.values if load is None else {**contact.values, LOAD.name: load}
     folder = project.source.path.parent
     described = _as_options(contact, values, project.materials)
     described |= _output_options(project, contact.task, stem)

@@ -8,6 +8,7 @@ import importlib.util
 import inspect
 import itertools
 import logging
+import shlex
 import sys
 import textwrap
 from collections.abc import Callable, Sequence
@@ -35,9 +36,18 @@ from roughcontact.errors import (
     shorten_value,
 )
 from roughcontact.request import options
-from roughcontact.request.options import JSON, NO_DATA, QUIET, READING, VERBOSE, Option, Panel
+from roughcontact.request.options import (
+    JSON,
+    NO_DATA,
+    QUIET,
+    READING,
+    REMOVED,
+    VERBOSE,
+    Option,
+    Panel,
+)
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.task import Command, ParsedOptions, Task
+from roughcontact.request.task import Command, ParsedOptions, Task, unknown_name
 
 if TYPE_CHECKING:
     from roughcontact.batch.plan import ContactReport
@@ -79,8 +89,8 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
     unfinished = UnfinishedError(())
     try:
         arguments = arguments or ["--help"]
-        if (ambiguous := _expanded_option(arguments)) is not None:
-            terminal.print_error(f"error: {ambiguous}")
+        if (sentence := _expanded_option(arguments) or _moved_option(arguments)) is not None:
+            terminal.print_error(f"error: {sentence}")
             return BAD_INPUT
         commands = _build_program(arguments[0] if arguments[0] in _COMMAND_FUNCTIONS else None)
         status = commands(arguments, prog_name="roughcontact", standalone_mode=False)
@@ -199,9 +209,12 @@ def _root(
 # Commands from the table
 
 
-def _report_errors(command: Command, work: Act, subject: Subject, specified: Given) -> None:
+def _report_errors(
+    command: Command, work: Act, subject: Subject, specified: Given, settings: Sequence[str]
+) -> None:
     """Execute a command; report an expected error in one sentence, and exit."""
     try:
+        _add_settings(command, specified, settings)
         work(subject, _require_single_values(command, specified))
         sys.stdout.flush()
     except RoughcontactError as error:
@@ -216,6 +229,21 @@ def _report_errors(command: Command, work: Act, subject: Subject, specified: Giv
     except KeyboardInterrupt:
         # Versions of Typer handle it differently; `main` reports the interruption.
         raise UnfinishedError(()) from None
+
+
+def _add_settings(command: Command, specified: Given, settings: Sequence[str]) -> None:
+    """Add the values of ``--set NAME=VALUE`` to the given options."""
+    known = [option.name for option in command.options if option.is_setting]
+    for text in settings:
+        name, sign, value = text.partition("=")
+        if (option := command.by_name.get(name.strip().replace("_", "-"))) is None:
+            raise InputError(f"--set: {unknown_name('setting', name, known)}")
+        if option.is_flag:
+            specified[option.name] = option.parse(value or "true", option.argument)
+        elif not sign:
+            raise InputError(f"needs a value, {option.metavar}", argument=option.argument)
+        else:
+            specified[option.name] = [*specified.get(option.name, ()), value]
 
 
 def _require_single_values(command: Command, specified: Given) -> Given:
@@ -243,7 +271,11 @@ def _expanded_option(arguments: list[str]) -> str | None:
     command = tasks.COMMANDS.get(arguments[0])
     if command is None or len(arguments) < 2:
         return None
-    options = {f"--{item.name}": item for item in command.options if "FILE" in item.metavar}
+    options = {
+        f"--{item.name}": item
+        for item in command.options
+        if "FILE" in item.metavar and not item.is_setting
+    }
     is_first = not arguments[1].startswith("-")
     ambiguous: list[tuple[str, list[str]]] = []
     for index, word in enumerate(arguments):
@@ -261,6 +293,24 @@ def _expanded_option(arguments: list[str]) -> str | None:
         f"{'follows' if len(files) == 1 else 'follow'} it: {advice}give all other maps before the "
         "options"
     )
+
+
+def _moved_option(arguments: list[str]) -> str | None:
+    """Return the sentence on an option that is a setting or gone, None if there is none."""
+    command = tasks.COMMANDS.get(arguments[0])
+    for word, following in zip(arguments, [*arguments[1:], ""], strict=True):
+        name, sign, value = word.partition("=")
+        if command is None or not name.startswith("--"):
+            continue
+        name, value = name[2:], value if sign else following
+        option = command.by_name.get(name)
+        if option is not None and option.is_setting:
+            text = option.is_flag or value or option.metavar
+            return f"--{name} is a setting: give {shlex.join(option.words(text))}"
+        if name in REMOVED:
+            other, form = REMOVED[name]
+            return f"--{name} is gone: give --{other} {shlex.quote(form.format(value))}"
+    return None
 
 
 def _report_write_error(error: OSError) -> int:
@@ -288,15 +338,18 @@ def _make_callback(
     command: Command, argument: inspect.Parameter | None, work: Act
 ) -> Callable[..., None]:
     """Return a function that executes a command, with its options as parameters."""
+    settings = [option for option in command.options if option.is_setting]
+    others = [option for option in command.options if not option.is_setting]
 
-    def called(subject: Subject = None, **words: Any) -> None:
-        specified = {option.name: words[_parameter_name(option.name)] for option in command.options}
+    def called(subject: Subject = None, set_: list[str] | None = None, **words: Any) -> None:
+        specified = {option.name: words[_parameter_name(option.name)] for option in others}
         specified = {option: value for option, value in specified.items() if value}
-        _report_errors(command, work, subject, specified)
+        _report_errors(command, work, subject, specified, set_ or ())
 
     parameters = [
         *([] if argument is None else [argument]),
-        *map(_parameter, command.options),
+        *map(_parameter, others),
+        *([_SET] if settings else []),
         *([_ALL] if command.short_help else []),
     ]
     # Typer reads the parameters of a command from its signature.
@@ -330,6 +383,21 @@ def _parameter(option: Option[Any]) -> inspect.Parameter:
     )
 
 
+_SET = inspect.Parameter(
+    "set_",
+    inspect.Parameter.KEYWORD_ONLY,
+    default=None,
+    annotation=Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="One of the settings below; repeatable.",
+            rich_help_panel=Panel.SETTINGS,
+            show_default=False,
+        ),
+    ],
+)
 _ALL = inspect.Parameter(
     "all_options",
     inspect.Parameter.KEYWORD_ONLY,

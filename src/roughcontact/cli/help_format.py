@@ -11,7 +11,7 @@ import typer.core
 
 from roughcontact.analyses import tasks
 from roughcontact.request import parsing
-from roughcontact.request.options import FORMAT, Option
+from roughcontact.request.options import Option, Panel
 
 HELP_ALL = "help-all"
 _HELP_ALL_KEY = "roughcontact.help-all"
@@ -55,18 +55,23 @@ class HelpCommand(typer.core.TyperCommand):
         )
         options = {option.opts[0].removeprefix("--"): option for option in _options(self, ctx)}
         show_all = ctx.meta.get(_HELP_ALL_KEY)
-        first = [] if show_all else tasks.COMMANDS[str(self.name)].short_help.split()
+        command = tasks.COMMANDS[str(self.name)]
+        settings = [option for option in command.options if option.is_setting]
+        first = [] if show_all else command.short_help.split()
         panels: dict[str, list[Any]] = {}
         for name, option in options.items():
             if name not in first:
                 panels.setdefault(option.rich_help_panel or "Help", []).append(option)
         if not first:
             for panel, held in panels.items():
-                _write_section(formatter, panel, [_row(option) for option in held])
+                rows = [_row(option) for option in held]
+                rows += map(_setting_row, settings) if panel == Panel.SETTINGS else ()
+                _write_section(formatter, panel, rows)
             return
         _write_section(formatter, "Common options", [_row(options[name]) for name in first])
         about = [_row(option) for option in panels.pop("Help")]
         rest = [(panel, " ".join(item.opts[0] for item in held)) for panel, held in panels.items()]
+        rest[-1] = ("--set NAME=VALUE", " ".join(item.name for item in settings))
         _write_section(formatter, f"More options (--{HELP_ALL})", rest)
         _write_section(formatter, "Help", about)
 
@@ -105,6 +110,10 @@ def _row(option: Any) -> tuple[str, str]:
     return ", ".join(sorted(option.opts, key=len)) + takes, str(option.help)
 
 
+def _setting_row(option: Option[Any]) -> tuple[str, str]:
+    return f"{option.name}={option.metavar}".rstrip("="), option.help
+
+
 def _write_section(formatter: Any, heading: str, rows: Rows) -> None:
     """Write two columns under a heading, without line breaks at hyphens."""
     if not rows:
@@ -135,7 +144,7 @@ def completer_of(option: Option[Any]) -> Callable[[str], list[str]] | None:
         return complete_materials
     if known := [str(word) for word in option.parse.known]:
         return lambda incomplete: [word for word in known if word.startswith(incomplete)]
-    return _complete_formats if option is FORMAT else None
+    return None
 
 
 def complete_materials(incomplete: str) -> list[str]:
@@ -149,9 +158,3 @@ def complete_materials(incomplete: str) -> list[str]:
     ]
     # A shell would split a name at a blank.
     return [name for name in names if name.startswith(incomplete) and " " not in name]
-
-
-def _complete_formats(incomplete: str) -> list[str]:
-    from roughcontact.formats import read
-
-    return [known.name for known in read.FORMATS if known.name.startswith(incomplete)]

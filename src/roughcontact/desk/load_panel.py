@@ -19,7 +19,7 @@ from roughcontact.desk.session import Session
 from roughcontact.desk.widgets import Slider
 from roughcontact.errors import RoughcontactError
 from roughcontact.material.material import contact_modulus, softer_material
-from roughcontact.request.options import APPROACH, CEILING
+from roughcontact.request.options import APPROACH, CEILING, LOAD
 from roughcontact.surface.surface import Surface
 
 STEPS = 300
@@ -41,21 +41,21 @@ class LoadForm:
     option: str  # Option of the command
     unit: str  # SI unit
     example: str  # Example with unit
+    lead: str = ""  # Text before the value
 
 
 FORCE = LoadForm("Force", "load", "N", "1 N")
 NOMINAL = LoadForm("Nominal pressure", "load", "Pa", "20 MPa")
 LINE = LoadForm("Line load", "load", "N/m", "600 N/mm")
-HERTZ = LoadForm("Hertz pressure", "hertz", "Pa", "1.5 GPa")
+HERTZ = LoadForm("Hertz pressure", "load", "Pa", "hertz 1.5 GPa", "hertz ")
 APPROACH_AXIS = LoadForm("Approach", "approach", "m", "1 um")
 FORMS = (FORCE, NOMINAL, LINE, HERTZ, APPROACH_AXIS)
 
 
 def form_of(specified: Mapping[str, object]) -> LoadForm:
     """Return the form of the given load; nominal pressure without a load."""
-    for form in (HERTZ, APPROACH_AXIS):
-        if form.option in specified:
-            return form
+    if APPROACH_AXIS.option in specified:
+        return APPROACH_AXIS
     text = str(specified.get("load", NOMINAL.example))
     if text.lower().startswith("hertz"):
         return HERTZ
@@ -91,7 +91,7 @@ def slider_range(form: LoadForm, prepared: PreparedMaps) -> tuple[float, float]:
 def text_at_position(position: int, ends: tuple[float, float], form: LoadForm) -> str:
     """Return the load at a position of the slider, as text with unit."""
     value = ends[0] * (ends[1] / ends[0]) ** (position / STEPS)
-    return units.format_engineering(_rounded(value), form.unit, _DIGITS)
+    return form.lead + units.format_engineering(_rounded(value), form.unit, _DIGITS)
 
 
 def slider_ticks(ends: tuple[float, float], form: LoadForm) -> list[tuple[float, str]]:
@@ -229,8 +229,9 @@ class LoadPanel:
     def _value(self) -> float | None:
         """Return the value of the load [SI]; None if it is missing or invalid."""
         try:
-            value, _ = self._session.state.request().load
-            result = self._session.state.request().needed(APPROACH) if value is None else value
+            request = self._session.state.request()
+            value = request.get(LOAD)
+            result = request.needed(APPROACH) if value is None else value
         except RoughcontactError:
             return None
         return result if isinstance(result, float) else result.value

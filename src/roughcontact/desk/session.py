@@ -23,7 +23,7 @@ from roughcontact.desk.live_solver import (
     PreparedMaps,
 )
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.request.options import COATINGS, COUNTER_SURFACE, READING, Panel
+from roughcontact.request.options import COATINGS, COUNTER_SURFACE, READING, REMOVED, Panel
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
@@ -35,7 +35,7 @@ Value = str | bool
 Given = Mapping[str, Value]
 Line = tuple[float, float, float, float]
 
-LOADS = ("load", "hertz", "approach")
+LOADS = ("load", "approach")
 """Options that give the load; a state has one of them at most."""
 
 CONTACT, PINNED = "contact", "pinned"
@@ -246,11 +246,11 @@ def from_script(text: str, folder: Path) -> SessionState:
     if files[0] is not None:
         state = replace(state, file=_stored_file(files[0], folder))
     for key, value in specified.items():
-        state = state.with_option(key, _word(key, value, folder))
+        state = state.with_option(*_word(key, value, folder))
     if PINNED in contacts:
         other = SessionState()
         for key, value in contacts[PINNED].items():
-            other = other.with_option(key, _word(key, value, folder))
+            other = other.with_option(*_word(key, value, folder))
         state = replace(state, pinned=other.specified)
     return state
 
@@ -262,10 +262,12 @@ def _stored_file(path: object, folder: Path) -> Path:
     return moved if moved.exists() and not result.exists() else result
 
 
-def _word(key: str, value: Any, folder: Path) -> Value:
+def _word(key: str, value: Any, folder: Path) -> tuple[str, Value]:
+    """Return the option of a key, which an older version may have written, and its value."""
     if key == COUNTER_SURFACE.name:
-        return str(_stored_file(value, folder))
-    return value if isinstance(value, bool) else str(value)
+        return key, str(_stored_file(value, folder))
+    name, form = REMOVED.get(key, (key, "{}"))
+    return name, value if isinstance(value, bool) else form.format(value)
 
 
 def _line(ends: Any) -> Line:

@@ -21,6 +21,18 @@ TABLES = (".csv", ".json")
 PICTURES = (".png", ".svg", ".pdf")
 LENGTH, PRESSURE = map(parsing.quantity, ("length", "pressure"))
 
+_SETTINGS = (
+    "format channel override-size tip-radius invert flip rotate offset angle mirror counter-young "
+    "counter-poisson counter-yield-strength load-point tolerance max-iterations precision "
+    "uncalibrated increments material-uncertainty project drawing author draws flow-axis "
+    "temperature gap-pressure"
+)
+SETTINGS = frozenset(_SETTINGS.split())
+"""Names of the options that commands take as ``--set NAME=VALUE``; keys of project files."""
+
+REMOVED = {"hertz": ("load", "hertz {}")}
+"""Removed options, with the option that replaces each and its value."""
+
 
 class Panel(StrEnum):
     """Headings of the help."""
@@ -33,6 +45,7 @@ class Panel(StrEnum):
     ENGINE = "Where to run"
     SERVER = "Server"
     OUTPUT = "Output"
+    SETTINGS = "Settings"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +85,18 @@ class Option(Generic[T_co]):
     def is_flag(self) -> bool:
         """Whether the option is given without a value."""
         return not self.metavar
+
+    @property
+    def is_setting(self) -> bool:
+        """Whether commands take the option as ``--set NAME=VALUE``."""
+        return self.name in SETTINGS
+
+    def words(self, text: str | bool) -> list[str]:
+        """Return the words of the command line that give the option a value."""
+        value = [] if text is True else [str(text)]
+        if self.is_setting:
+            return ["--set", "=".join([self.name, *value])]
+        return [f"--{self.name}", *value]
 
     def text(self, value: object) -> str:
         """Return a value as text that the option accepts."""
@@ -334,7 +359,7 @@ INVERT = Option.flag(
 FLIP = map_option(
     "flip",
     parsing.choice("x", "y"),
-    "Mirror image of the map: x reverses its rows, y its columns; before --rotate.",
+    "Mirror image of the map: x reverses its rows, y its columns; before rotate.",
 )
 PREPARATION = (
     *(INVERT, CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, FLIP, ROTATE),
@@ -490,13 +515,10 @@ BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 # Load
 
 LOAD = Option.value(
-    "load", parsing.load, 'Load: "1 N", nominal pressure "20 MPa", or line load "600 N/mm".'
-)
-HERTZ = Option.value(
-    "hertz",
-    parsing.hertz_load,
-    'Load given as Hertz peak pressure of the smooth bodies: "1.5 GPa".',
-    label="Hertz pressure",
+    "load",
+    parsing.load,
+    'Load: "1 N", nominal pressure "20 MPa", line load "600 N/mm", or "hertz 1.5 GPa", the peak '
+    "pressure of the smooth bodies.",
 )
 APPROACH = Option.value(
     "approach", LENGTH, 'Approach from first contact, instead of a load: "1 um".'
@@ -507,8 +529,8 @@ LOAD_POINT = Option.value(
     "Load position (y, x) from the map center; allows tilt. Default: no tilt.",
     label="Load position (y, x)",
 )
-LOADS = (LOAD, HERTZ, APPROACH, LOAD_POINT)
-LOAD_RULES = (Rule(ONE_OF, LOAD, HERTZ, APPROACH, text="1 N"), Rule(NEEDS, LOAD_POINT, LOAD, HERTZ))
+LOADS = (LOAD, APPROACH, LOAD_POINT)
+LOAD_RULES = (Rule(ONE_OF, LOAD, APPROACH, text="1 N"), Rule(NEEDS, LOAD_POINT, LOAD))
 
 # Accuracy of the solve
 

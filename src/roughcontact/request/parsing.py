@@ -415,14 +415,6 @@ def group_text(name: str, files: Iterable[str]) -> str:
     return f"{quoted(name)}={','.join(map(quoted, files))}"
 
 
-@parser("PRESSURE")
-def hertz_load(text: str, argument: str) -> Load:
-    """Return the load given by the Hertz pressure of the smooth bodies."""
-    from roughcontact.contact.load_case import HertzPressure
-
-    return HertzPressure(units.parse(text, "pressure", argument))
-
-
 @parser("LOAD|APPROACH")
 def load_or_approach(text: str, argument: str) -> tuple[str, float | Load]:
     """Return ``"load"`` or ``"approach"``, by the unit of the text, and the value."""

@@ -89,19 +89,13 @@ class Request(OptionValues):
         return any(map(self.is_given, shared.MOVES))
 
     @property
-    def load(self) -> tuple[Any, str]:
-        """Load in its given form, None if there is none, and its argument."""
-        option = shared.LOAD if self.get(shared.HERTZ) is None else shared.HERTZ
-        return self.get(option), option.argument
-
-    @property
     def command(self) -> str:
         """Command that repeats the run."""
         files = [*([] if self.file is None else [self.file]), *self.files]
         words = ["roughcontact", self.task.name, *map(str, files)]
         for name, value in self.specified.items():
             for text in value if isinstance(value, list) else [value]:
-                words += [f"--{name}"] if text is True else [f"--{name}", str(text)]
+                words += self.task.by_name[name].words(text) if text is not False else []
         return shlex.join(self.names.get(word, word) for word in words)
 
     def solver(self, *options: Option[Any]) -> dict[str, Any]:

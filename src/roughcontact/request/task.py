@@ -6,11 +6,12 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
-from roughcontact.errors import ArgumentRef
+from roughcontact.errors import ArgumentRef, shorten_value
 from roughcontact.request.options import Option, Rule
 
 T = TypeVar("T")
@@ -26,6 +27,13 @@ _FUNCTIONS = {
 
 Given = Mapping[str, str | bool | list[str]]
 """Options as text, by name: True for a flag, a list for an option that may be repeated."""
+
+
+def unknown_name(noun: str, name: str, known: Sequence[str]) -> str:
+    """Return the message on an unknown name, with the most similar known one."""
+    close = get_close_matches(name, known, n=1)
+    meant = f"did you mean {close[0]}? Known" if close else "known"
+    return f"unknown {noun} {shorten_value(name)}; {meant} are {', '.join(known)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +85,9 @@ class Command:
         option = self.option_of_argument(mention.name)
         if option is None:
             return _FUNCTIONS.get(mention.name, str(mention))
-        if mention.value is None or mention.value is True:
-            return f"--{option.name}"
-        return f"--{option.name} {shlex.quote(option.text(mention.value))}"
+        value = mention.value
+        is_bare = value is None or value is True
+        return shlex.join(option.words(is_bare or option.text(value)))
 
 
 class OptionValues:

@@ -155,14 +155,14 @@ def test_curved_seal_matches_separate_solution(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     expected, carried = leaks(96)
-    found = run_middle_rows(tmp_path / "seat.npy", capsys, 96, "--flow-axis", "y")
+    found = run_middle_rows(tmp_path / "seat.npy", capsys, 96, "--set", "flow-axis=y")
     assert found["leak_rate_y"][0] == pytest.approx(expected * RATE, rel=0.03)
     assert found["fluid_share"][0] == pytest.approx(carried, rel=0.15)
     assert found["load"] == [pytest.approx(30e3 * 64e-6)]
     assert "30 N/mm (1.92 N)" in found["answer"]
     # The map outside of the contact changes nothing; a plain force is shown as it was given.
     load = ("--load", "1.92 N")
-    longer = run_middle_rows(tmp_path / "seat.npy", capsys, 192, "--flow-axis", "y", *load)
+    longer = run_middle_rows(tmp_path / "seat.npy", capsys, 192, "--set", "flow-axis=y", *load)
     assert longer["leak_rate_y"] == pytest.approx(found["leak_rate_y"], rel=0.03)
     assert " at 1.92 N." in longer["answer"]
 
@@ -172,7 +172,7 @@ def test_flow_axes_have_separate_fluid_pressures(
 ) -> None:
     both, along_y, along_x = (
         run_middle_rows(tmp_path / "seat.npy", capsys, 64, *axis)
-        for axis in ((), ("--flow-axis", "y"), ("--flow-axis", "x"))
+        for axis in ((), ("--set", "flow-axis=y"), ("--set", "flow-axis=x"))
     )
     assert both["leak_rate_y"] == along_y["leak_rate_y"]
     assert both["leak_rate_x"] == along_x["leak_rate_x"]

@@ -323,7 +323,7 @@ def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFix
 
 def test_bracket_shows_both_ceilings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = command(tmp_path / "map.npy", "--load", "30 MPa, 100 MPa", "--coating", "silver 5 um")
-    words += ["--viscosity", "1 mPa s", "--pressure-difference", "1 bar", "--flow-axis", "y"]
+    words += ["--viscosity", "1 mPa s", "--pressure-difference", "1 bar", "--set", "flow-axis=y"]
 
     def output_under(ceiling: str, *more: str) -> Any:
         assert app.main([*words, "--ceiling", ceiling, *more]) == app.SOLVED
@@ -353,7 +353,7 @@ def test_invalid_options_are_rejected_in_one_sentence(
     load = ("--load", "1 N")
     for more, said in (
         ((), "--load is needed"),
-        ((*load, "--flow-axis", "z"), "--flow-axis"),
+        ((*load, "--set", "flow-axis=z"), "--set flow-axis"),
         ((*load, "--viscosity", "1 mPa s"), "--pressure-difference is needed for a leak rate"),
         ((*load, "--seal-width", "1 mm"), "--viscosity is needed for a leak rate"),
         (
@@ -384,8 +384,8 @@ def test_the_command_opens_the_gap_by_the_pressure_of_a_gas(
         "40 mm",
         "--seal-length",
         "2 mm",
-        "--flow-axis",
-        "x",
+        "--set",
+        "flow-axis=x",
     )
     assert app.main(words) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())

@@ -22,9 +22,6 @@ from roughcontact.units import format_duration
 if TYPE_CHECKING:
     from roughcontact.analyses.roll.model import MovieFrame
 
-LOAD = Option.value(
-    "load", parsing.load, 'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.'
-)
 PASSES = Option(
     "passes",
     parsing.int_parser(1, limits.STEPS),
@@ -87,7 +84,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.roll.figures import along_of
     from roughcontact.analyses.roll.model import make_frame, roll
 
-    force, specified = request.force(request.pair(work.maps), *request.load)
+    force, specified = request.force(request.pair(work.maps), request[options.LOAD])
     arguments = request.arguments(work.maps, *_SOLVER)
     del arguments["ceiling"]
     frames: list[MovieFrame] = []
@@ -188,13 +185,12 @@ the same command resumes.
 \b
 Example:
 roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
-    --hertz "2.5 GPa" --boundary periodic --passes 5 --material 100Cr6 \\
+    --load "hertz 2.5 GPa" --boundary periodic --passes 5 --material 100Cr6 \\
     --report rolled.html
 """,
     (
         *options.MAP,
-        LOAD,
-        options.HERTZ,
+        options.LOAD,
         PASSES,
         STEPS,
         TRAVEL,
@@ -213,9 +209,9 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
         options.FIGURES,
         *options.OUTPUT,
     ),
-    short_help="hertz counter-body passes travel material hardening friction missing output report",
+    short_help="load counter-body passes travel material hardening friction missing output report",
     run=_run,
-    rules=(options.Rule(options.ONE_OF, LOAD, options.HERTZ, text="1 N"),),
+    rules=(options.Rule(options.NEEDED, options.LOAD, text="such as '1 N' or 'hertz 1.5 GPa'"),),
     check=_check,
     memory=Request.require_volume,
     writes=((MOVIE, _movie),),

@@ -83,7 +83,7 @@ def contact(
     from roughcontact.contact.solve import add_calibrated, solve_case
 
     pair = request.pair(work.maps)
-    force, specified = request.force(pair, *(load or request.load))
+    force, specified = request.force(pair, *(load or (request[options.LOAD],)))
     point = request[options.LOAD_POINT]
     terms = LoadCase(
         force,
@@ -120,7 +120,7 @@ def _volume(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.elastoplastic.solve import solve_elastoplastic
     from roughcontact.elastoplastic.volume_result import PathPoint
 
-    load, specified = request.force(request.pair(work.maps), *request.load)
+    load, specified = request.force(request.pair(work.maps), request[options.LOAD])
     steps = request[INCREMENTS]
     way = points_between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
     loads = [point.load for point in way]

@@ -39,8 +39,7 @@ WORN_SURFACE = Option.file(
 )
 WORN_COUNTER = Option.file("worn-counter-surface", "Worn counter-body.", _SURFACES, metavar="FILE")
 FIGURE = Option.figure("running-in")
-_PLAIN: tuple[Option[Any], ...] = (DISTANCE, MOTION, FRICTION, options.FOLDER)
-_LOADS = (options.LOAD, options.HERTZ)
+_PLAIN: tuple[Option[Any], ...] = (options.LOAD, DISTANCE, MOTION, FRICTION, options.FOLDER)
 _ARGUMENTS = (WEAR, DISTANCE, COUNTER_WEAR, MOTION, FRICTION)
 _FILES = (OUTPUT, WORN_SURFACE, WORN_COUNTER, options.FOLDER, options.REPORT, FIGURE)
 
@@ -52,7 +51,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     arguments |= {item.argument: request[item] for item in _PLAIN}
     arguments |= request.arguments(work.maps, *options.SOLVER_DOUBLE)
     with work.report_saved_steps_on_interrupt(FILES, "step") as (watch, reused):
-        result = wear(work.maps[0], load=request.load[0], progress=watch, **arguments)
+        result = wear(work.maps[0], progress=watch, **arguments)
     last = replace(result.last, extra_cautions=work.extra_cautions)
     return Outcome(request, replace(result, last=last), last, {"reused": len(reused)})
 
@@ -78,7 +77,7 @@ roughcontact wear ground.x3p --load "50 MPa" --wear "1e-15 m2/N" \\
 """,
     (
         *options.MAP,
-        *_LOADS,
+        options.LOAD,
         *_ARGUMENTS,
         *options.BODIES,
         *options.COATINGS,
@@ -90,7 +89,7 @@ roughcontact wear ground.x3p --load "50 MPa" --wear "1e-15 m2/N" \\
     "output worn-surface",
     run=_run,
     rules=(
-        Rule(options.ONE_OF, *_LOADS, text="1 N"),
+        Rule(options.NEEDED, options.LOAD, text="such as '1 N' or '20 MPa'"),
         Rule(options.NEEDED, WEAR, COUNTER_WEAR, text="a wear coefficient such as '1e-15 m2/N'"),
         Rule(options.NEEDS, WORN_COUNTER, COUNTER_WEAR),
         Rule(options.NEEDS, WORN_COUNTER, MOTION, value="fretting"),
