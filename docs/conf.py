@@ -44,7 +44,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     (
         "py:.*",
-        r"(numpy|np|matplotlib|xarray|typer|pathlib|enum|collections|concurrent|typing|io|functools)"
+        r"(numpy|np|matplotlib|xarray|click|pathlib|enum|collections|concurrent|typing|io|functools)"
         r"\..*",
     ),
     ("py:.*", r"(panel|bokeh|tornado)\..*"),

@@ -23,7 +23,7 @@ LATE = (
     "h5netcdf",
     "SurfaceTopography",
     "scipy.sparse",
-    "typer",
+    "click",
     "ast",
     "rich",
     "jinja2",

@@ -5,17 +5,19 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib.util
-import inspect
 import itertools
 import logging
+import os
 import shlex
 import sys
 import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
+from click.exceptions import Exit
+from click.shell_completion import shell_complete
 
 from roughcontact import units
 from roughcontact._tools.files import to_json
@@ -25,7 +27,8 @@ from roughcontact._version import __version__
 from roughcontact.analyses import tasks
 from roughcontact.analyses.generate import task as making
 from roughcontact.analyses.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
-from roughcontact.cli import help_format, terminal
+from roughcontact.cli import terminal
+from roughcontact.cli.help_format import CommandGroup, HelpCommand, Subject, complete_materials
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED, DisplayOptions
 from roughcontact.errors import (
     ArgumentRef,
@@ -36,16 +39,7 @@ from roughcontact.errors import (
     shorten_value,
 )
 from roughcontact.request import options
-from roughcontact.request.options import (
-    JSON,
-    NO_DATA,
-    QUIET,
-    READING,
-    REMOVED,
-    VERBOSE,
-    Option,
-    Panel,
-)
+from roughcontact.request.options import JSON, NO_DATA, QUIET, READING, REMOVED, VERBOSE, Panel
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.task import Command, ParsedOptions, Task, unknown_name
 
@@ -58,6 +52,8 @@ if TYPE_CHECKING:
     from roughcontact.request.outcome import Outcome
 
 
+# Environment variable of the completion in shells.
+_COMPLETE = "_ROUGHCONTACT_COMPLETE"
 # Exit status after a signal, as in a shell: 128 + SIGINT, 128 + SIGPIPE.
 SIGNALED, INTERRUPTED, PIPE_CLOSED = 128, 130, 141
 
@@ -69,9 +65,8 @@ _NO_MEMORY = Sentence(
 )
 
 Given = dict[str, Any]
-# Positional argument of a command: a file, a name, several files or nothing.
-Subject = Any
-Act = Callable[[Subject, Given], None]
+# Function of a command: its argument is a file, a name, several files or nothing.
+Act = Callable[[Any, Given], None]
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -86,40 +81,38 @@ def main(argv: list[str] | None = None) -> int:
 
 def _exit_status(arguments: list[str], stopped: list[int]) -> int:
     """Execute a command, and return its exit status; ``stopped`` lists received signals."""
-    unfinished = UnfinishedError(())
+    status, unfinished = SOLVED, UnfinishedError(())
     try:
         arguments = arguments or ["--help"]
         if (sentence := _expanded_option(arguments) or _moved_option(arguments)) is not None:
             terminal.print_error(f"error: {sentence}")
             return BAD_INPUT
-        commands = _build_program(arguments[0] if arguments[0] in _COMMAND_FUNCTIONS else None)
-        status = commands(arguments, prog_name="roughcontact", standalone_mode=False)
+        program = _build_program(arguments[0] if arguments[0] in _COMMAND_FUNCTIONS else None)
+        if instruction := os.environ.get(_COMPLETE):
+            return shell_complete(program, {}, "roughcontact", _COMPLETE, instruction)
+        # Not `program.main`, whose treatment of closed pipes and Ctrl-C depends on the version.
+        with program.make_context("roughcontact", arguments) as context:
+            program.invoke(context)
         sys.stdout.flush()
-    except SystemExit as stop:
-        # Typer and Rich exit with an error status if a pipe is closed.
-        unwritten = stop.__context__
-        status = _report_write_error(unwritten) if isinstance(unwritten, OSError) else stop.code
+    except Exit as stop:
+        status = stop.exit_code
     except OSError as error:
         status = _report_write_error(error)
     except UnfinishedError as stop:
         status, unfinished = INTERRUPTED, stop
-    except (KeyboardInterrupt, typer.Abort):
+    except KeyboardInterrupt:
         status = INTERRUPTED
-    except Exception as error:
-        # Typer has its own copy of click or uses the installed one: test the method, not the type.
-        describe = getattr(error, "format_message", None)
-        if describe is None:
-            raise
-        context = getattr(error, "ctx", None)
-        command = context.command_path if context else "roughcontact"
-        sentence = join_words(describe()).rstrip(".")
+    except click.ClickException as error:
+        failed = getattr(error, "ctx", None)
+        command = failed.command_path if failed else "roughcontact"
+        sentence = join_words(error.format_message()).rstrip(".")
         sentence = sentence[:1].lower() + sentence[1:]
         terminal.print_error(f"error: {sentence}; see {command} --help")
         return BAD_INPUT
     if status == INTERRUPTED:
         terminal.print_error(f"interrupted; {_written_text(unfinished)}")
         return SIGNALED + stopped[0] if stopped else INTERRUPTED
-    return status if isinstance(status, int) else SOLVED
+    return status
 
 
 # Maximum number of file names in the message after an interruption.
@@ -139,80 +132,78 @@ def _written_text(unfinished: UnfinishedError) -> str:
     return f"only {names} {f'and {more} more were' if more > 0 else 'was'} written"
 
 
-# Function of each command, with its argument.
-_COMMAND_FUNCTIONS: dict[str, tuple[Command, inspect.Parameter | None, Act]] = {}
+# Each command, its positional argument and its function.
+_COMMAND_FUNCTIONS: dict[str, tuple[Command, Subject | None, Act]] = {}
 
 
 @functools.cache
-def _build_program(name: str | None = None) -> Callable[..., Any]:
-    """Return the program with one command, or with all, which takes 0.1 s."""
-    app = typer.Typer(
-        name="roughcontact",
-        cls=help_format.CommandGroup,
-        pretty_exceptions_enable=False,
-        # Plain text: the import of rich markup takes longer than the whole help.
-        rich_markup_mode=None,
+def _build_program(name: str | None = None) -> click.Group:
+    """Return the program with one command, or with all."""
+    program = CommandGroup(
+        "roughcontact",
+        params=[
+            click.Option(
+                ["--version"],
+                is_flag=True,
+                is_eager=True,
+                expose_value=False,
+                callback=_print_version,
+                help="Print the version.",
+            ),
+            click.Option(
+                ["--explain"],
+                metavar="TAG",
+                is_eager=True,
+                expose_value=False,
+                callback=_explain_tag,
+                help="Explain a message by its tag, e.g. edge.",
+            ),
+        ],
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+        help=_ABOUT,
         epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
     )
-    app.callback()(_root)
-    for command, argument, work in (
+    for command, subject, work in (
         _COMMAND_FUNCTIONS.values() if name is None else (_COMMAND_FUNCTIONS[name],)
     ):
-        epilog = f"Example:\n\n{command.example}" if command.example else None
-        app.command(command.name, cls=help_format.HelpCommand, help=command.help, epilog=epilog)(
-            _make_callback(command, argument, work)
-        )
-    return typer.main.get_command(app)
+        act = functools.partial(_report_errors, command, work)
+        program.add_command(HelpCommand(command, subject, act))
+    return program
 
 
-def _version(wanted: bool) -> None:
+_ABOUT = """Contact of measured rough surfaces: pressure, real contact area, gap, yielding.
+
+\b
+Give every quantity with its unit, in quotes: "1 N", "20 MPa", "0.1 mm".
+Exit status: 0 solved, 1 not converged, 2 invalid input.
+"""
+
+
+def _print_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted:
         print(f"roughcontact {__version__}")
-        raise typer.Exit(SOLVED)
+        ctx.exit()
 
 
-def _explain_tag(tag: str | None) -> None:
+def _explain_tag(ctx: click.Context, _: click.Parameter, tag: str | None) -> None:
     if tag is not None:
         from roughcontact.cautions import explain_tag
 
         try:
             print(textwrap.fill(explain_tag(tag), 80))
         except InputError as error:
-            raise typer.BadParameter(str(error)) from None
-        raise typer.Exit(SOLVED)
-
-
-def _root(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-    explain: Annotated[
-        str | None,
-        typer.Option(
-            "--explain",
-            metavar="TAG",
-            callback=_explain_tag,
-            is_eager=True,
-            help="Explain a message by its tag, e.g. edge.",
-        ),
-    ] = None,
-) -> None:
-    """Contact of measured rough surfaces: pressure, real contact area, gap, yielding.
-
-    \b
-    Give every quantity with its unit, in quotes: "1 N", "20 MPa", "0.1 mm".
-    Exit status: 0 solved, 1 not converged, 2 invalid input.
-    """  # noqa: D301
+            raise click.BadParameter(str(error)) from None
+        ctx.exit()
 
 
 # Commands from the table
 
 
-def _report_errors(
-    command: Command, work: Act, subject: Subject, specified: Given, settings: Sequence[str]
-) -> None:
+def _report_errors(command: Command, work: Act, subject: Any = None, **words: Any) -> None:
     """Execute a command; report an expected error in one sentence, and exit."""
+    by_argument = {option.argument: option.name for option in command.options}
+    settings = words.pop("set", ())
+    specified = {by_argument[name]: value for name, value in words.items() if value}
     try:
         _add_settings(command, specified, settings)
         work(subject, _require_single_values(command, specified))
@@ -220,14 +211,14 @@ def _report_errors(
     except RoughcontactError as error:
         terminal.print_error(f"error: {error.message_for(command.spell_argument)}")
         status = NOT_CONVERGED if isinstance(error, ConvergenceError) else BAD_INPUT
-        raise typer.Exit(status) from None
+        raise Exit(status) from None
     except MemoryError:
         terminal.print_error(f"error: {terminal.spell_options(_NO_MEMORY)}")
-        raise typer.Exit(BAD_INPUT) from None
+        raise Exit(BAD_INPUT) from None
     except OSError as error:
-        raise typer.Exit(_report_write_error(error)) from None
+        raise Exit(_report_write_error(error)) from None
     except KeyboardInterrupt:
-        # Versions of Typer handle it differently; `main` reports the interruption.
+        # `main` reports the interruption.
         raise UnfinishedError(()) from None
 
 
@@ -322,123 +313,22 @@ def _report_write_error(error: OSError) -> int:
     return PIPE_CLOSED if isinstance(error, BrokenPipeError) else BAD_INPUT
 
 
-def _make_command(
-    command: Command, argument: inspect.Parameter | None = None
-) -> Callable[[Act], Act]:
+def _make_command(command: Command, subject: Subject | None = None) -> Callable[[Act], Act]:
     """Return a decorator that registers the function of a command."""
 
     def registered(work: Act) -> Act:
-        _COMMAND_FUNCTIONS[command.name] = command, argument, work
+        _COMMAND_FUNCTIONS[command.name] = command, subject, work
         return work
 
     return registered
 
 
-def _make_callback(
-    command: Command, argument: inspect.Parameter | None, work: Act
-) -> Callable[..., None]:
-    """Return a function that executes a command, with its options as parameters."""
-    settings = [option for option in command.options if option.is_setting]
-    others = [option for option in command.options if not option.is_setting]
-
-    def called(subject: Subject = None, set_: list[str] | None = None, **words: Any) -> None:
-        specified = {option.name: words[_parameter_name(option.name)] for option in others}
-        specified = {option: value for option, value in specified.items() if value}
-        _report_errors(command, work, subject, specified, set_ or ())
-
-    parameters = [
-        *([] if argument is None else [argument]),
-        *map(_parameter, others),
-        *([_SET] if settings else []),
-        *([_ALL] if command.short_help else []),
-    ]
-    # Typer reads the parameters of a command from its signature.
-    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return called
-
-
-def _parameter_name(option: str) -> str:
-    # An option may have the name of a Python keyword: --from.
-    return f"{option.replace('-', '_')}_"
-
-
-def _parameter(option: Option[Any]) -> inspect.Parameter:
-    # A list: otherwise Typer would drop all but the last value without an error.
-    value = bool if option.is_flag else list[str]
-    words = typer.Option(
-        f"--{option.name}",
-        metavar=option.metavar or None,
-        help=option.help,
-        rich_help_panel=option.panel,
-        show_default=False,
-        autocompletion=help_format.completer_of(option),
-    )
-    default = False if option.is_flag else None
-    return inspect.Parameter(
-        _parameter_name(option.name),
-        inspect.Parameter.KEYWORD_ONLY,
-        default=default,
-        annotation=Annotated[value if option.is_flag else value | None, words],
-    )
-
-
-_SET = inspect.Parameter(
-    "set_",
-    inspect.Parameter.KEYWORD_ONLY,
-    default=None,
-    annotation=Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="One of the settings below; repeatable.",
-            rich_help_panel=Panel.SETTINGS,
-            show_default=False,
-        ),
-    ],
-)
-_ALL = inspect.Parameter(
-    "all_options",
-    inspect.Parameter.KEYWORD_ONLY,
-    default=False,
-    annotation=Annotated[
-        bool,
-        typer.Option(
-            f"--{help_format.HELP_ALL}",
-            help="Show all options.",
-            is_eager=True,
-            callback=help_format.show_all,
-            expose_value=False,
-        ),
-    ],
-)
-
-
-def _argument(
-    kind: Any,
-    metavar: str,
-    text: str,
-    default: Any = inspect.Parameter.empty,
-    completion: Callable[[str], list[str]] | None = None,
-) -> inspect.Parameter:
-    words = typer.Argument(
-        metavar=metavar, help=text, show_default=False, autocompletion=completion
-    )
-    return inspect.Parameter(
-        "subject",
-        inspect.Parameter.POSITIONAL_OR_KEYWORD,
-        default=default,
-        annotation=Annotated[kind, words],
-    )
-
-
 # Functions of the commands
 
 _FILE = "Height map: instrument file, or matrix (.npy, .npz, .csv, .txt, .asc)."
-_MAP = _argument(Path | None, "FILE", _FILE, None)
-_SEVERAL = _argument(list[Path] | None, "FILE...", f"{_FILE} Several give a row each.", None)
-_MAPS = _argument(list[Path] | None, "FILE...", "Height maps of one surface.", None)
+_MAP = Subject("[FILE]", _FILE)
+_SEVERAL = Subject("[FILE...]", f"{_FILE} Several give a row each.", nargs=-1)
+_MAPS = Subject("[FILE...]", "Height maps of one surface.", nargs=-1)
 
 
 def _display(specified: Given) -> DisplayOptions:
@@ -452,7 +342,7 @@ def _display(specified: Given) -> DisplayOptions:
     return wanted[0] if wanted else DisplayOptions.BRIEF
 
 
-def _run_task(task: Task, subject: Subject, specified: Given) -> None:
+def _run_task(task: Task, subject: Any, specified: Given) -> None:
     """Execute a task, and print its result."""
     from roughcontact.request.request import Request
     from roughcontact.request.run import run_request
@@ -506,7 +396,7 @@ def _run_each(task: Task, files: Sequence[Path], specified: Given, display: Disp
     for item in failed:
         terminal.print_error(f"error: {item.message_for(task.spell_argument)}")
     if failed or not all(item.converged for item in outcomes if not isinstance(item, Exception)):
-        raise typer.Exit(BAD_INPUT if failed else NOT_CONVERGED)
+        raise Exit(BAD_INPUT if failed else NOT_CONVERGED)
 
 
 def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
@@ -533,7 +423,7 @@ def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
             + ("; no file was written" if wanted else "")
             + (f"; earlier loads are saved in {folder}" if folder else "")
         )
-        raise typer.Exit(NOT_CONVERGED)
+        raise Exit(NOT_CONVERGED)
 
 
 for _task in TASKS:
@@ -542,7 +432,7 @@ for _task in TASKS:
 
 
 @_make_command(making.COMMAND)
-def _generate(_: Subject, specified: Given) -> None:
+def _generate(_: Any, specified: Given) -> None:
     from roughcontact.analyses.generate.report import record
     from roughcontact.cli import console
 
@@ -555,7 +445,7 @@ def _generate(_: Subject, specified: Given) -> None:
         console.print_generated(surface, written)
 
 
-@_make_command(tasks.RUN, _argument(Path, "PROJECT", "Project file (TOML)."))
+@_make_command(tasks.RUN, Subject("PROJECT", "Project file (TOML)."))
 def _run(file: Path | str | None, specified: Given) -> None:
     from roughcontact.batch import plan
     from roughcontact.cli import console
@@ -577,7 +467,7 @@ def _run(file: Path | str | None, specified: Given) -> None:
         more = f" and {len(names) - 3} more" if len(names) > 4 else ""
         terminal.print_error(f"error: {', '.join(names[: 3 if more else 4])}{more}: {reason}")
     if failed:
-        raise typer.Exit(NOT_CONVERGED)
+        raise Exit(NOT_CONVERGED)
 
 
 def _run_project(
@@ -618,7 +508,7 @@ def _run_project(
 
 
 @_make_command(tasks.DESK, _MAP)
-def _desk(file: Subject, specified: Given) -> None:
+def _desk(file: Any, specified: Given) -> None:
     """Serve the browser app until Ctrl-C."""
     if importlib.util.find_spec("panel") is None:
         raise InputError("the desk needs Panel; run pip install 'roughcontact[desk]'")
@@ -649,9 +539,9 @@ def _load_page() -> Page:
 
 
 @_make_command(
-    VERIFY, _argument(list[Path], "FILE...", "NetCDF results (.nc) of --output or --folder.")
+    VERIFY, Subject("FILE...", "NetCDF results (.nc) of --output or --folder.", nargs=-1)
 )
-def _verify(files: Subject, specified: Given) -> None:
+def _verify(files: Any, specified: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.elastoplastic import archive
 
@@ -669,11 +559,11 @@ def _verify(files: Subject, specified: Given) -> None:
     for item in failed:
         terminal.print_error(f"error: {item.reason}")
     if failed:
-        raise typer.Exit(BAD_INPUT)
+        raise Exit(BAD_INPUT)
 
 
-@_make_command(INFO, _argument(list[Path], "FILE...", _FILE))
-def _info(files: Subject, specified: Given) -> None:
+@_make_command(INFO, Subject("FILE...", _FILE, nargs=-1))
+def _info(files: Any, specified: Given) -> None:
     from roughcontact.formats import read
     from roughcontact.formats.no_data import AUTO
     from roughcontact.report import inputs
@@ -707,7 +597,7 @@ def _info(files: Subject, specified: Given) -> None:
     for item in failed:
         terminal.print_error(f"error: {item.message_for(INFO.spell_argument)}")
     if failed:
-        raise typer.Exit(BAD_INPUT)
+        raise Exit(BAD_INPUT)
 
 
 def _info_record(item: Measured | InputError, channels: Sequence[Channel]) -> dict[str, Any]:
@@ -730,10 +620,7 @@ def _info_record(item: Measured | InputError, channels: Sequence[Channel]) -> di
     }
 
 
-@_make_command(
-    MATERIALS,
-    _argument(str | None, "NAME", "Material to show.", None, help_format.complete_materials),
-)
+@_make_command(MATERIALS, Subject("[NAME]", "Material to show.", complete_materials))
 def _materials(name: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.material import catalog

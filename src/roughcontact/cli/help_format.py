@@ -1,124 +1,153 @@
-"""Parsing of commands, their help with common options first, and shell completion."""
+"""Commands with their help, common options first, and shell completion."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+from collections.abc import Callable, Iterator
 from typing import Any
 
-import typer.core
+import click
 
 from roughcontact.analyses import tasks
 from roughcontact.request import parsing
-from roughcontact.request.options import Option, Panel
+from roughcontact.request.options import Option
+from roughcontact.request.task import Command
 
-HELP_ALL = "help-all"
-_HELP_ALL_KEY = "roughcontact.help-all"
-
+_SHOW_ALL = "roughcontact.help-all"
 # Maximum width of the option column; the text of longer options starts on the next line.
-_COMPLETION_WIDTH = 27
+_COLUMN_WIDTH = 27
 
 Rows = list[tuple[str, str]]
+Words = Callable[[str], list[str]]
+"""Function that returns the words with a prefix."""
 
 
-class CommandGroup(typer.core.TyperGroup):
+class CommandGroup(click.Group):
     """The program, whose help lists the commands in groups."""
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments before the command."""
-        _take_words(self.get_params(ctx))
-        return super().parse_args(ctx, args)
-
-    def format_options(self, ctx: Any, formatter: Any) -> None:
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the groups of commands, then the options."""
         for heading, group in tasks.GROUPS.items():
             rows = [(command.name, _first_sentence(command.help)) for command in group]
             _write_section(formatter, heading, rows)
-        _write_section(formatter, "Options", [_row(option) for option in _options(self, ctx)])
+        _write_section(formatter, "Options", list(_records(self, ctx)))
 
 
-class HelpCommand(typer.core.TyperCommand):
+class Subject(click.Argument):
+    """Positional argument of a command, with its help; optional in brackets."""
+
+    def __init__(self, metavar: str, text: str, words: Words | None = None, nargs: int = 1) -> None:
+        super().__init__(
+            ["subject"],
+            metavar=metavar,
+            nargs=nargs,
+            required=metavar[0] != "[",
+            shell_complete=None if words is None else _completer(words),
+        )
+        self.row = metavar.strip("[]"), text
+
+
+class HelpCommand(click.Command):
     """A command, whose help lists the common options first."""
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments after the command."""
-        _take_words(self.get_params(ctx))
-        return super().parse_args(ctx, args)
-
-    def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write arguments and options; explain the common options, and list the others."""
-        params: list[Any] = self.get_params(ctx)
-        specified = [item for item in params if item.param_type_name == "argument"]
-        _write_section(
-            formatter, "Arguments", [(str(item.metavar), str(item.help)) for item in specified]
+    def __init__(self, table: Command, subject: Subject | None, act: Callable[..., None]) -> None:
+        self.table, self.subject = table, subject
+        self.settings = [option for option in table.options if option.is_setting]
+        parameters = [_parameter(option) for option in table.options if not option.is_setting]
+        if self.settings:
+            names = [option.name for option in self.settings]
+            complete = _completer(lambda start: _with_prefix(names, start))
+            text = "One of the settings below; repeatable."
+            parameters.append(
+                click.Option(["--set"], multiple=True, help=text, shell_complete=complete)
+            )
+        if table.short_help:
+            parameters.append(
+                click.Option(
+                    ["--help-all"],
+                    is_flag=True,
+                    is_eager=True,
+                    expose_value=False,
+                    help="Show all options.",
+                    callback=self._show_all,
+                )
+            )
+        super().__init__(
+            table.name,
+            callback=act,
+            params=[*([] if subject is None else [subject]), *parameters],
+            help=table.help,
+            epilog=f"Example:\n\n{table.example}" if table.example else None,
         )
-        options = {option.opts[0].removeprefix("--"): option for option in _options(self, ctx)}
-        show_all = ctx.meta.get(_HELP_ALL_KEY)
-        command = tasks.COMMANDS[str(self.name)]
-        settings = [option for option in command.options if option.is_setting]
-        first = [] if show_all else command.short_help.split()
-        panels: dict[str, list[Any]] = {}
-        for name, option in options.items():
-            if name not in first:
-                panels.setdefault(option.rich_help_panel or "Help", []).append(option)
-        if not first:
+
+    def _show_all(self, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+        """Print the help with all options, and exit."""
+        if wanted:
+            ctx.meta[_SHOW_ALL] = True
+            print(ctx.get_help())
+            ctx.exit()
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write arguments and options; explain the common options, and list the others."""
+        _write_section(formatter, "Arguments", [self.subject.row] if self.subject else [])
+        common = [] if ctx.meta.get(_SHOW_ALL) else self.table.short_help.split()
+        panels: dict[str, list[Option[Any]]] = {}
+        for option in self.table.options:
+            if option.name not in common and not option.is_setting:
+                panels.setdefault(option.panel, []).append(option)
+        about = [row for row in _records(self, ctx) if "help" in row[0]]
+        if not common:
             for panel, held in panels.items():
-                rows = [_row(option) for option in held]
-                rows += map(_setting_row, settings) if panel == Panel.SETTINGS else ()
-                _write_section(formatter, panel, rows)
-            return
-        _write_section(formatter, "Common options", [_row(options[name]) for name in first])
-        about = [_row(option) for option in panels.pop("Help")]
-        rest = [(panel, " ".join(item.opts[0] for item in held)) for panel, held in panels.items()]
-        rest[-1] = ("--set NAME=VALUE", " ".join(item.name for item in settings))
-        _write_section(formatter, f"More options (--{HELP_ALL})", rest)
+                _write_section(formatter, panel, list(map(_row, held)))
+            if self.settings:
+                lead = ("--set NAME=VALUE", "One of the settings below; repeatable.")
+                _write_section(formatter, "Settings", [lead, *map(_setting_row, self.settings)])
+        else:
+            _write_section(
+                formatter, "Common options", [_row(self.table.by_name[name]) for name in common]
+            )
+            rest = [
+                (panel, " ".join(f"--{item.name}" for item in held))
+                for panel, held in panels.items()
+            ]
+            names = " ".join(item.name for item in self.settings)
+            rest += [("--set NAME=VALUE", names)]
+            _write_section(formatter, "More options (--help-all)", rest)
         _write_section(formatter, "Help", about)
 
 
-def _take_words(parameters: Iterable[Any]) -> None:
-    """Replace the value parser of parameters: texts pass unchanged."""
-    for parameter in parameters:
-        parameter.process_value = partial(_argument_value, parameter, parameter.process_value)
+def _parameter(option: Option[Any]) -> click.Option:
+    """Return the parameter of an option; one that is given twice keeps both values."""
+    words = words_of(option)
+    return click.Option(
+        [f"--{option.name}", option.argument],
+        is_flag=option.is_flag or None,
+        multiple=not option.is_flag,
+        shell_complete=None if words is None else _completer(words),
+    )
 
 
-def _argument_value(parameter: Any, process: Callable[..., Any], ctx: Any, value: Any) -> Any:
-    """Return texts and missing values of a parameter unchanged; parse other values."""
-    if value is None and (parameter.multiple or parameter.nargs == -1):
-        value = ()
-    lacking = value is None or value == ()
-    words = value if isinstance(value, (list, tuple)) else [value]
-    if parameter.required if lacking else not all(isinstance(word, str) for word in words):
-        return process(ctx, value)
-    return value if parameter.callback is None else parameter.callback(ctx, parameter, value)
+def _records(command: click.Command, ctx: click.Context) -> Iterator[tuple[str, str]]:
+    """Yield the help rows of the parameters of a command that have one."""
+    for parameter in command.get_params(ctx):
+        if (record := parameter.get_help_record(ctx)) is not None:
+            names, text = record
+            yield ", ".join(sorted(names.split(", "), key=len)), text
 
 
-def show_all(ctx: typer.Context, wanted: bool) -> None:
-    """Print the help with all options, and exit."""
-    if wanted:
-        ctx.meta[_HELP_ALL_KEY] = True
-        print(ctx.get_help())
-        raise typer.Exit(0)
-
-
-def _options(command: Any, ctx: Any) -> Iterator[Any]:
-    return (item for item in command.get_params(ctx) if item.param_type_name == "option")
-
-
-def _row(option: Any) -> tuple[str, str]:
-    takes = "" if option.is_flag else f" {option.metavar}"
-    return ", ".join(sorted(option.opts, key=len)) + takes, str(option.help)
+def _row(option: Option[Any]) -> tuple[str, str]:
+    return f"--{option.name} {option.metavar}".rstrip(), option.help
 
 
 def _setting_row(option: Option[Any]) -> tuple[str, str]:
     return f"{option.name}={option.metavar}".rstrip("="), option.help
 
 
-def _write_section(formatter: Any, heading: str, rows: Rows) -> None:
+def _write_section(formatter: click.HelpFormatter, heading: str, rows: Rows) -> None:
     """Write two columns under a heading, without line breaks at hyphens."""
     if not rows:
         return
-    indent_width = min(max(len(words) for words, _ in rows), _COMPLETION_WIDTH) + 2
+    indent_width = min(max(len(words) for words, _ in rows), _COLUMN_WIDTH) + 2
     with formatter.section(heading):
         indent = " " * formatter.current_indent
         for words, text in rows:
@@ -138,23 +167,28 @@ def _first_sentence(text: str) -> str:
 # Shell completion
 
 
-def completer_of(option: Option[Any]) -> Callable[[str], list[str]] | None:
+def _completer(words: Words) -> Callable[..., Any]:
+    return lambda ctx, parameter, start: words(start)
+
+
+def _with_prefix(words: list[str], start: str) -> list[str]:
+    return [word for word in words if word.startswith(start)]
+
+
+def words_of(option: Option[Any]) -> Words | None:
     """Return a function that lists the values with a prefix; None without known values."""
     if option.parse is parsing.material:
         return complete_materials
-    if known := [str(word) for word in option.parse.known]:
-        return lambda incomplete: [word for word in known if word.startswith(incomplete)]
-    return None
+    known = list(map(str, option.parse.known))
+    return (lambda start: _with_prefix(known, start)) if known else None
 
 
-def complete_materials(incomplete: str) -> list[str]:
+def complete_materials(start: str) -> list[str]:
     """Return material names with a prefix; without a prefix, only the main names."""
     from roughcontact.material import catalog
 
     names = [
-        name
-        for entry in catalog.entries()
-        for name in (entry.key, *(entry.names if incomplete else ()))
+        name for entry in catalog.entries() for name in (entry.key, *(entry.names if start else ()))
     ]
     # A shell would split a name at a blank.
-    return [name for name in names if name.startswith(incomplete) and " " not in name]
+    return [name for name in _with_prefix(names, start) if " " not in name]
