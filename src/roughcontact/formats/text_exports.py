@@ -35,7 +35,7 @@ class Head:
     skipped: bool = False  # Whether its lines were not understood
     doubtful: int = 0  # Number of its last lines that may be rows with a damaged number
     texts: tuple[str, ...] = ()  # Its lines
-    announced: str = ""  # Number of values that a line of its own states
+    announced: str = ""  # Number of values that a separate line states
 
     @property
     def is_map(self) -> bool:
