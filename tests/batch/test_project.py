@@ -158,9 +158,9 @@ def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
     assert [entry.name for entry in entries] == ["one 0.1 N", "one 1 N", "two"]
     one, other, two = (entry.request for entry in entries)
     assert (one[LOAD], other[LOAD], two[LOAD]) == (0.1, 1.0, 0.5)
-    assert one.bodies() == (rc.Material(210e9, 0.3, 1e9), rc.RIGID)
+    assert one.bodies == (rc.Material(210e9, 0.3, 1e9), rc.RIGID)
     assert two[CEILING] is None
-    assert two.bodies()[1].hardness is not None
+    assert two.bodies[1].hardness is not None
     assert one.outputs == tuple(folder / "results" / f"one-0.1-N.{s}" for s in ("nc", "csv"))
     assert entries[2].summary == folder / "results" / "two.json"
 
@@ -246,7 +246,7 @@ def test_material_of_contact_overrides_defaults(folder: Path) -> None:
     text += own.format("part", 'material = "soft"\npoisson = 0.3')
     (folder / "project.toml").write_text(text, encoding="utf-8")
     entries = project.read_project(folder / "project.toml")
-    found = {entry.name: entry.request.bodies()[0] for entry in entries}
+    found = {entry.name: entry.request.bodies[0] for entry in entries}
     constants = {name: (body.young, body.poisson) for name, body in found.items()}
     assert constants["two"] == (70e9, 0.2)
     assert constants["soft"] == (1e9, 0.4)

@@ -244,15 +244,15 @@ def test_laws_of_hardening_in_text(text: str, law: hardening.Hardening) -> None:
     given = {**BALL, **NEEDED["solve"], "hardening": text}
     if "wift" in text:
         del given["yield-strength"]
-    assert from_text("solve", None, given).bodies()[0].hardening == law
+    assert from_text("solve", None, given).bodies[0].hardening == law
 
 
 def test_a_given_yield_strength_replaces_the_law_of_the_catalogue() -> None:
     plain = {name: text for name, text in BALL.items() if name not in ("young", "poisson")}
     given = {**plain, **NEEDED["solve"], "material": "304"}
-    own = from_text("solve", None, given).bodies()[0]
+    own = from_text("solve", None, given).bodies[0]
     del given["yield-strength"]
-    known = from_text("solve", None, given).bodies()[0]
+    known = from_text("solve", None, given).bodies[0]
     assert known.hardening is not None
     assert own.hardening is None
     assert own.hardness == known.hardness

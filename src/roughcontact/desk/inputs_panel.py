@@ -321,7 +321,7 @@ def _strength_multiple(text: str, session: Session) -> str:
     prepared = session.prepared
     known: tuple[Material, ...] = ()
     if prepared is not None and "material" not in session.state.missing:
-        known = prepared.request.bodies()
+        known = prepared.request.bodies
     strengths = [body.yield_strength for body in known if body.yield_strength is not None]
     if not strengths:
         raise InputError(

@@ -68,7 +68,7 @@ def form_of(specified: Mapping[str, object]) -> LoadForm:
 def slider_range(form: LoadForm, prepared: PreparedMaps) -> tuple[float, float]:
     """Return the smallest and the largest value of the slider [SI]."""
     request, surface = prepared.request, prepared.surfaces[0]
-    bodies = request.bodies()
+    bodies = request.bodies
     pressure = _HIGHEST * contact_modulus(*bodies)
     softest, ceiling = softer_material(*bodies), request.get(CEILING)
     if isinstance(ceiling, str):

@@ -78,6 +78,7 @@ PRESSURE_RULES = tuple(
 )
 LOAD_RULES = (Rule(EXCLUDES, LOAD, FROM, TO),)
 FACES = (options.COUNTER_MAPS, options.DRAWS)
+CONTACT = (*options.SHAPES, *FACES, options.CEILING, options.BOUNDARY, *options.SOLVER)
 FACE_RULES = (
     Rule(NEEDS, options.DRAWS, options.COUNTER_MAPS),
     Rule(EXCLUDES, options.COUNTER_MAPS, options.COUNTER_SURFACE, options.COUNTER_BODY),
@@ -201,7 +202,7 @@ class JointContacts:
         pair = self.request.pair(self.maps)
         forces = [self.request.force(pair, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
-        arguments = self.request.arguments(self.maps, *options.SOLVER)
+        arguments = self.request.arguments(self.maps)
         for number, (force, specified) in enumerate(forces, start=1):
 
             def watch(state: Progress, number: int = number) -> None:
@@ -221,7 +222,7 @@ class JointContacts:
         from roughcontact.contact import plausibility
         from roughcontact.uncertainty.resolution import coarsen_pair
 
-        largest, arguments = result.largest, self.request.arguments(self.maps, *options.SOLVER)
+        largest, arguments = result.largest, self.request.arguments(self.maps)
         arguments |= {"surface": self.maps[0], "load": largest.total_load}
         advice, pair = plausibility.deviating_ceiling(largest), coarsen_pair(largest.pair)
         # The longer solve comes first, so that the remaining time is overestimated.

@@ -224,7 +224,6 @@ def join_mentions(options: Iterable[Option[Any]], last: str) -> list[Any]:
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 MISSING_KNOWN = ("error", "fill", "fill-all", "mask", "crop")
-ITERATIONS = parsing.int_parser(1, memory.ITERATIONS)
 
 # Maps
 
@@ -537,27 +536,24 @@ LOAD_RULES = (Rule(ONE_OF, LOAD, APPROACH, text="1 N"), Rule(NEEDS, LOAD_POINT, 
 TOLERANCE = Option.value(
     "tolerance",
     parsing.number,
-    "Certificate limit; default: 1e-6 (single precision: 1e-4).",
+    "Certificate limit; default: 1e-6 (single precision and elastoplastic model: 1e-4).",
     Panel.SOLVER,
-)
-TOLERANCE_DOUBLE = Option.value(
-    "tolerance", parsing.number, "Certificate limit; default: 1e-6.", Panel.SOLVER
 )
 MAX_ITERATIONS = Option.value(
     "max-iterations",
-    ITERATIONS,
-    "Maximum convolutions per grid; default: 2000.",
+    parsing.int_parser(1, memory.ITERATIONS),
+    "Maximum convolutions per grid; default: 2000 (elastoplastic model: 150 iterations per step).",
     Panel.SOLVER,
     label="Maximum convolutions",
 )
 PRECISION: Option[str | None] = Option.value(
     "precision",
     parsing.choice("double", "single"),
-    "double or single (two thirds of the memory); default: double.",
+    "double or single (two thirds of the memory); default: double (elastoplastic model: single).",
     Panel.SOLVER,
 )
-SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
-SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
+SOLVER_DOUBLE = (TOLERANCE, MAX_ITERATIONS)
+SOLVER = (*SOLVER_DOUBLE, PRECISION)
 
 # Output files and console
 

@@ -48,10 +48,8 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         maps[0] = maps[0].with_form(form.sample_body(maps[0]))
     if request.aligned:
         say("aligning the maps")
-        offset, angle = (
-            requested.get(options.OFFSET) or (0.0, 0.0),
-            requested.get(options.ANGLE) or 0.0,
-        )
+        offset = requested.get(options.OFFSET) or (0.0, 0.0)
+        angle = requested.get(options.ANGLE) or 0.0
         matched = placement.match_grids(maps[0], maps[1], offset, angle, requested[options.MIRROR])
         # Points covered by only one map cannot be in contact.
         maps = [surface.masked() for surface in matched]
@@ -92,25 +90,17 @@ def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caut
 
 def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path: Path) -> Surface:
     # First outliers, then form, then waves: each step requires the correction of the previous one.
-    crop, outliers, form = (
-        requested[options.CROP],
-        requested[options.OUTLIERS],
-        requested[options.FORM],
-    )
-    holes, level, pixel = (
-        requested[options.MISSING],
-        requested[options.LEVEL],
-        requested[options.PIXEL],
-    )
+    form, holes = requested[options.FORM], requested[options.MISSING]
+    level, pixel = requested[options.LEVEL], requested[options.PIXEL]
     if requested[options.INVERT]:
         surface = surface.inverted()
-    if crop is not None:
+    if (crop := requested[options.CROP]) is not None:
         rows, columns = (
             (part.start or 0, points if part.stop is None else part.stop)
             for part, points in zip(crop, surface.shape, strict=True)
         )
         surface = surface.cropped(rows, columns)
-    if outliers is not None:
+    if (outliers := requested[options.OUTLIERS]) is not None:
         surface = surface.without_outliers(outliers)
     if holes == "crop" and surface.missing:
         surface = surface.largest_rectangle()

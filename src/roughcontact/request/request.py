@@ -7,6 +7,7 @@ import math
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +42,7 @@ class Request(OptionValues):
     def __post_init__(self) -> None:
         """Raise the errors of a request that can be found without reading a file."""
         self._check_maps()
-        self.bodies()
+        _ = self.bodies
         check_rules((*shared.RULES, *self.task.rules), self)
         self.task.check(self)
         for option, path in self._written:
@@ -100,10 +101,12 @@ class Request(OptionValues):
 
     def solver(self, *options: Option[Any]) -> dict[str, Any]:
         """Return the given options of the solver; each model has separate defaults."""
-        return {item.argument: self.get(item) for item in options if item.name in self.values}
+        listed = options or shared.SOLVER
+        return {item.argument: self.get(item) for item in listed if item.name in self.values}
 
+    @cached_property
     def bodies(self) -> tuple[Material, Material]:
-        """Return the materials of both bodies; by default the counter-body is rigid."""
+        """Materials of both bodies; by default the counter-body is rigid."""
         from roughcontact.material.material import RIGID, Material
 
         body = self._material(shared.BODY_CONSTANTS)
@@ -124,7 +127,7 @@ class Request(OptionValues):
 
     def require_yield(self, requested: ArgumentRef) -> None:
         """Raise `InputError` unless at least one body has a yield strength."""
-        if all(body.yield_strength is None for body in self.bodies()):
+        if all(body.yield_strength is None for body in self.bodies):
             raise InputError(
                 requested,
                 " needs a ",
@@ -241,23 +244,23 @@ class Request(OptionValues):
 
     # --- Arguments of a solve ---
 
-    def arguments(self, maps: Sequence[Surface], *solver: Option[Any]) -> dict[str, Any]:
+    def arguments(self, maps: Sequence[Surface]) -> dict[str, Any]:
         """Return the common arguments of `contact.solve` and similar functions, without load."""
-        material, counter_material = self.bodies()
+        material, counter_material = self.bodies
         return {
             "material": material,
             "counter_material": counter_material,
             "counter_surface": maps[1] if len(maps) > 1 else None,
             "ceiling": self.get(shared.CEILING),
             "boundary": self[shared.BOUNDARY],
-            **self.solver(*solver),
+            **self.solver(),
         }
 
     def pair(self, maps: Sequence[Surface]) -> Pair:
         """Return the pair of bodies in contact."""
         from roughcontact.contact.pair import Pair
 
-        material, counter_material = self.bodies()
+        material, counter_material = self.bodies
         counter = maps[1] if len(maps) > 1 else None
         return Pair(maps[0], material, counter, counter_material, self._boundary)
 

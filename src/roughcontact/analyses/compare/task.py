@@ -52,7 +52,6 @@ STEPS = Option(
 )
 OUTPUT = Option.file("output", "Table of means and differences.", options.TABLES)
 FIGURE = Option.figure("load curves and numbers")
-_SOLVER = options.SOLVER_DOUBLE
 
 _QUARTERS = 4
 
@@ -160,7 +159,7 @@ def _load_case(request: Request) -> MapLoadCase:
 
 
 def _problem(request: Request) -> dict[str, Any]:
-    arguments = request.arguments((), *_SOLVER)
+    arguments = request.arguments(())
     del arguments["counter_surface"]
     return arguments
 
@@ -264,7 +263,7 @@ roughcontact compare --group "ground=ground-?.x3p" \\
         options.BODY,
         options.CEILING,
         options.BOUNDARY,
-        *_SOLVER,
+        *options.SOLVER_DOUBLE,
         OUTPUT,
         FIGURE,
         *options.OUTPUT,

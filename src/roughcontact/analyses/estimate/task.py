@@ -51,7 +51,7 @@ _DRAWING: tuple[Option[Any], ...] = (RA, FINISH, COUNTER_RA, COUNTER_FINISH)
 def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.estimate.model import estimate
 
-    material, counter_material = request.bodies()
+    material, counter_material = request.bodies
     specified = {
         (*option.arguments, option.argument)[0]: request[option]
         for option in (*_PARAMETERS, *_DRAWING)

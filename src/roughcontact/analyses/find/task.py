@@ -32,7 +32,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
     loads = find_load(
         work.maps[0],
-        **request.arguments(work.maps, *options.SOLVER_DOUBLE),
+        **request.arguments(work.maps),
         **{option.argument: request[option] for option in _WANTED},
         progress=work.look,
     )

@@ -47,7 +47,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         history = load_history(
             work.maps[0],
             stages,
-            **request.arguments(work.maps, *options.SOLVER_DOUBLE),
+            **request.arguments(work.maps),
             passes=request[PASSES],
             shift=request[SHIFT],
             folder=request[options.FOLDER],

@@ -46,34 +46,13 @@ FRICTION = Option(
     "Friction coefficient in full sliding, in travel direction; default: 0.",
     0.0,
 )
-TOLERANCE = Option.value(
-    "tolerance",
-    parsing.number,
-    "Plastic strain residual limit; default: 1e-4.",
-    options.Panel.SOLVER,
-)
-MAX_ITERATIONS = Option.value(
-    "max-iterations",
-    options.ITERATIONS,
-    "Maximum iterations per step; default: 150.",
-    options.Panel.SOLVER,
-    label="Maximum iterations",
-)
-PRECISION = Option.value(
-    "precision",
-    parsing.choice("double", "single"),
-    "Precision of the elastoplastic model, double or single; default: single.",
-    options.Panel.SOLVER,
-)
 OUTPUT = Option.files(
     "output",
     f"Passes: {export.list_formats(ROLLING_FORMATS)}, .csv table, .json numbers; repeatable.",
     (*ROLLING_FORMATS.suffixes, *options.TABLES),
 )
-FOLDER = Option.file("folder", "Folder for finished steps; the same command resumes.")
 MOVIE = Option.file("movie", "Animated GIF of pressure and plastic strain.", (".gif",))
 YES = Option.flag("yes", "Run for more than a day.", options.Panel.OUTPUT)
-_SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
 # Run time [s] above which a run needs confirmation.
 _LONG = 86400.0
@@ -85,7 +64,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.roll.model import make_frame, roll
 
     force, specified = request.force(request.pair(work.maps), request[options.LOAD])
-    arguments = request.arguments(work.maps, *_SOLVER)
+    arguments = request.arguments(work.maps)
     del arguments["ceiling"]
     frames: list[MovieFrame] = []
     along = along_of(request[DIRECTION])
@@ -108,7 +87,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             reciprocating=request[RECIPROCATING],
             start_at_center=request[TRAVEL] is not None,
             friction=request[FRICTION],
-            folder=request[FOLDER],
+            folder=request[options.FOLDER],
             progress=watch if request[YES] else _limited(watch),
             on_step=picture if shown else None,
         )
@@ -158,7 +137,7 @@ def _check(request: Request) -> None:
         raise InputError(
             f"must not be negative, got {request.specified[FRICTION.name]!r}", argument="friction"
         )
-    if request[FOLDER] is None and _leaves_series(request):
+    if request[options.FOLDER] is None and _leaves_series(request):
         raise InputError("is needed for .pvd, which holds its steps", argument="folder")
 
 
@@ -201,10 +180,10 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
         *options.SHAPES,
         options.HARDENING,
         options.BOUNDARY,
-        *_SOLVER,
+        *options.SOLVER,
         YES,
         OUTPUT,
-        FOLDER,
+        options.FOLDER,
         MOVIE,
         options.FIGURES,
         *options.OUTPUT,

@@ -37,25 +37,6 @@ INCREMENTS: Option[int | str] = Option(
     "auto",
 )
 UNLOAD = Option.flag("unload", "Unload at the end; report residual shape and stress.")
-TOLERANCE = Option.value(
-    "tolerance",
-    parsing.number,
-    "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
-    options.Panel.SOLVER,
-)
-MAX_ITERATIONS = Option.value(
-    "max-iterations",
-    options.ITERATIONS,
-    "Maximum convolutions per grid; default: 2000 (elastoplastic: 150 iterations per load).",
-    options.Panel.SOLVER,
-    label="Maximum convolutions",
-)
-PRECISION = Option.value(
-    "precision",
-    parsing.choice("double", "single"),
-    "double or single (two thirds of the memory); default: double (elastoplastic: single).",
-    options.Panel.SOLVER,
-)
 OUTPUT = Option.files(
     "output",
     f"Result: {export.list_formats(export.VOLUME, export.CONTACT)}; repeatable.",
@@ -63,8 +44,6 @@ OUTPUT = Option.files(
 )
 FOLDER = Option.file("folder", "Folder for finished elastoplastic steps; the same command resumes.")
 STUDY = Option.flag("study", "Check dependence on grid, filter and ceiling.", options.Panel.SOLVER)
-_SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
-_STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 
 
 def contact(
@@ -91,13 +70,13 @@ def contact(
         None if point is None else (force * point[0], force * point[1]),
         request[options.CEILING] if ceiling is None else ceiling,
         specified=specified,
-        **request.solver(*_SOLVER),
+        **request.solver(),
     )
     result = solve_case(pair, terms, on_failure="return", progress=work.look)
     if not calibrated or result.ceiling is None:
         return result
     work.show(result)
-    iterations = request.solver(MAX_ITERATIONS)
+    iterations = request.solver(options.MAX_ITERATIONS)
     return add_calibrated(result, terms.ceiling, **iterations, progress=work.look)
 
 
@@ -125,7 +104,7 @@ def _volume(request: Request, work: TaskContext) -> Outcome:
     way = points_between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
     loads = [point.load for point in way]
     loads += [0.0] * request[UNLOAD]
-    arguments = request.arguments(work.maps, *_SOLVER)
+    arguments = request.arguments(work.maps)
     del arguments["ceiling"]
     with work.report_saved_steps_on_interrupt("step-*.nc", "load") as (watch, reused):
         result = solve_elastoplastic(
@@ -194,9 +173,11 @@ def resolution_study_of(request: Request, work: TaskContext, load: float) -> Res
     """Return the study of a contact under a load [N]."""
     from roughcontact.uncertainty.resolution import resolution_study
 
+    arguments = request.arguments(work.maps)
+    arguments.pop(options.MAX_ITERATIONS.argument, None)
     return resolution_study(
         work.maps[0],
-        **request.arguments(work.maps, *_STUDY_SOLVER),
+        **arguments,
         load=load,
         progress=lambda state: work.look(replace(state, label=f"study: {state.label}")),
     )
@@ -227,7 +208,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         UNLOAD,
         options.HARDENING,
         options.BOUNDARY,
-        *_SOLVER,
+        *options.SOLVER,
         STUDY,
         *measurement.OPTIONS,
         OUTPUT,

@@ -63,7 +63,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     with work.report_saved_steps_on_interrupt("step-*.npz", "load") as (watch, reused):
         curve = sweep(
             work.maps[0],
-            **request.arguments(work.maps, *options.SOLVER),
+            **request.arguments(work.maps),
             loads=values if control == "load" else None,
             approaches=values if control == "approach" else None,
             folder=request[options.FOLDER],

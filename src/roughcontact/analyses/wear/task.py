@@ -49,7 +49,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
     arguments: dict[str, Any] = {item.arguments[0]: request[item] for item in (WEAR, COUNTER_WEAR)}
     arguments |= {item.argument: request[item] for item in _PLAIN}
-    arguments |= request.arguments(work.maps, *options.SOLVER_DOUBLE)
+    arguments |= request.arguments(work.maps)
     with work.report_saved_steps_on_interrupt(FILES, "step") as (watch, reused):
         result = wear(work.maps[0], progress=watch, **arguments)
     last = replace(result.last, extra_cautions=work.extra_cautions)
