@@ -34,11 +34,10 @@ POINTS = Option(
 )
 FOLDER = Option(
     "folder",
-    parsing.path,
+    parsing.path.named("FOLDER"),
     "Folder for the files; default: roughcontact-demo.",
     Path("roughcontact-demo"),
     Panel.OUTPUT,
-    metavar="FOLDER",
 )
 PROJECTS_FOLDER = Option.file(
     "folder", "Folder of projects (kept 30 days); default: user state folder."
@@ -55,11 +54,10 @@ PORT = Option.value(
 )
 ADDRESS = Option(
     "address",
-    parsing.as_text,
+    parsing.as_text.named("ADDRESS"),
     "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
     "127.0.0.1",
     Panel.SERVER,
-    metavar="ADDRESS",
 )
 ALLOW_ORIGIN: Option[tuple[str, ...]] = Option(
     "allow-origin",
@@ -93,10 +91,9 @@ ENGINE = Option(
 )
 SCHEDULER = Option.value(
     "scheduler",
-    parsing.as_text,
+    parsing.as_text.named("ADDRESS"),
     "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
     Panel.ENGINE,
-    metavar="ADDRESS",
 )
 WORKERS = Option.value(
     "workers", parsing.int_parser(1, 2**16), "Local processes; default: one per core.", Panel.ENGINE

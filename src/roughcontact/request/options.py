@@ -58,7 +58,6 @@ class Option(Generic[T_co]):
     default: T_co  # Value if the option is not given
     panel: str = Panel.BODIES  # Heading under which the help lists it
     label: str = ""  # Label on the page
-    metavar: str = ""  # Placeholder of the value, if not that of the parser
     prepares: bool = False  # Whether the prepared maps depend on it
     many: bool = False  # Whether it may be given several times
     suffixes: tuple[str, ...] = ()  # Suffixes allowed for a file to write
@@ -66,9 +65,8 @@ class Option(Generic[T_co]):
     arguments: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Derive the label from the name, and the placeholder from the parser."""
+        """Derive the label from the name if none is given."""
         object.__setattr__(self, "label", self.label or self.name.replace("-", " ").capitalize())
-        object.__setattr__(self, "metavar", self.metavar or self.parse.metavar)
 
     @property
     def argument(self) -> str:
@@ -76,9 +74,14 @@ class Option(Generic[T_co]):
         return self.name.replace("-", "_")
 
     @property
+    def metavar(self) -> str:
+        """Placeholder of the value in the help; empty for flags."""
+        return self.parse.metavar
+
+    @property
     def is_place(self) -> bool:
         """Whether the value is a file or a folder."""
-        is_path = self.parse in (parsing.path, parsing.groups)
+        is_path = self.parse.function in (parsing.path.function, parsing.groups.function)
         return is_path or bool(self.suffixes or self.files_in("measured file"))
 
     @property
@@ -129,12 +132,9 @@ class Option(Generic[T_co]):
         name: str, text: str, suffixes: tuple[str, ...] = (), metavar: str = ""
     ) -> Option[Any]:
         """Return an option of one output file, or of a folder if no suffixes are given."""
-        metavar = metavar or (
-            f"FILE{'|'.join(suffixes).replace('|.', '|')}" if suffixes else "FOLDER"
-        )
-        return Option(
-            name, parsing.path, text, None, Panel.OUTPUT, metavar=metavar, suffixes=suffixes
-        )
+        written = f"FILE{'|'.join(suffixes).replace('|.', '|')}" if suffixes else "FOLDER"
+        parse = parsing.path.named(metavar or written)
+        return Option(name, parse, text, None, Panel.OUTPUT, suffixes=suffixes)
 
     @staticmethod
     def figure(shown: str) -> Option[Any]:
@@ -242,23 +242,20 @@ GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
 FORMAT = map_option("format", parsing.as_text, "File format; default: recognized from the file.")
 CHANNEL = map_option(
     "channel",
-    parsing.as_text,
+    parsing.as_text.named("NAME|INDEX"),
     "Height channel, name or index; default: the proposed one.",
-    metavar="NAME|INDEX",
 )
 UNIT = map_option(
     "unit",
-    parsing.as_text,
+    parsing.as_text.named("UNIT"),
     'Unit of the heights, e.g. um; of points or a profile "mm, um" (positions first).',
     label="Unit of the heights",
-    metavar="UNIT",
 )
 SIZE = map_option(
     "size",
-    parsing.as_text,
+    parsing.as_text.named("LENGTHS"),
     'Side lengths (y, x) if the file has none: "0.1 mm x 0.2 mm".',
     label="Side lengths (y × x)",
-    metavar="LENGTHS",
 )
 OVERRIDE_SIZE = Option.flag(
     "override-size",
@@ -479,11 +476,10 @@ OFFSET = Option.value(
 )
 ANGLE = Option.value(
     "angle",
-    parsing.number,
+    parsing.DEGREES,
     "Rotation of the aligned counter-map, degrees counterclockwise.",
     label="Rotation of counter-map",
     prepares=True,
-    metavar="DEGREES",
 )
 MIRROR = Option.flag(
     "mirror",
@@ -503,11 +499,10 @@ CEILING: Option[str | float | None] = Option(
 )
 BOUNDARY: Option[str] = Option(
     "boundary",
-    parsing.choice(*Boundary),
+    parsing.choice(*Boundary).named("KIND"),
     "Beyond the map edge. "
     f"{'; '.join(f'{kind}: {kind.meaning}' for kind in Boundary)}; default: free.",
     Boundary.FREE,
-    metavar="KIND",
 )
 BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
@@ -559,11 +554,10 @@ SOLVER = (*SOLVER_DOUBLE, PRECISION)
 
 FIGURES = Option.value(
     "figures",
-    parsing.as_text,
+    parsing.as_text.named("FOLDER|PREFIX"),
     "Figures: folder or file prefix; add .svg or .pdf for the format.",
     Panel.OUTPUT,
     suffixes=PICTURES,
-    metavar="FOLDER|PREFIX",
 )
 REPORT = Option.file("report", "Report with figures as one HTML file.", (".html",))
 FOLDER = Option.file("folder", "Folder for finished steps; the same command resumes.")
@@ -574,7 +568,7 @@ SHOWN = (VERBOSE, JSON, QUIET)
 """Options of the console, which are not part of a run."""
 HEAD = tuple(
     Option.value(
-        name, parsing.as_text, f"{text} in the head of the report.", Panel.OUTPUT, metavar="TEXT"
+        name, parsing.as_text.named("TEXT"), f"{text} in the head of the report.", Panel.OUTPUT
     )
     for name, text in (("project", "Project"), ("drawing", "Drawing number"), ("author", "Author"))
 )

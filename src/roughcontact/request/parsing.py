@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar, cast
 from urllib.parse import urlsplit
@@ -39,6 +39,10 @@ class Parser(Generic[T_co]):
     def __call__(self, text: str, argument: str) -> T_co:
         """Return the value of a text; errors name the argument."""
         return self.function(text, argument)
+
+    def named(self, metavar: str) -> Parser[T_co]:
+        """Return the parser with another placeholder of its value."""
+        return replace(self, metavar=metavar)
 
 
 def parser(metavar: str, unit: str = "") -> Callable[[Callable[[str, str], T]], Parser[T]]:
@@ -109,6 +113,9 @@ def number(text: str, argument: str) -> float:
         return float(text)
     except ValueError:
         raise input_error(argument, text, "must be a number without a unit") from None
+
+
+DEGREES = number.named("DEGREES")
 
 
 @parser("VALUE")

@@ -22,9 +22,8 @@ ELECTRICAL_FILM = Option.value(
 )
 GAP = Option.value(
     "gap",
-    parsing.as_text,
+    parsing.as_text.named("FLUID"),
     'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
-    metavar="FLUID",
 )
 GAP_PRESSURE = Option.value(
     "gap-pressure", PRESSURE, 'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.'

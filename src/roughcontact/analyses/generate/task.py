@@ -20,11 +20,10 @@ _MAX_SEED = 2**63 - 1
 
 SIZE = Option.value(
     "size",
-    parsing.as_text,
+    parsing.as_text.named("LENGTHS"),
     'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
     Panel.MAP,
     label="Side lengths (y × x)",
-    metavar="LENGTHS",
 )
 POINTS = Option(
     "points",
@@ -90,25 +89,22 @@ STR = Option.symbol(
 )
 LAY = Option(
     "lay",
-    parsing.number,
+    parsing.DEGREES,
     "Lay direction, degrees counterclockwise from x; default: 0.",
     0.0,
     Panel.TEXTURE,
-    metavar="DEGREES",
 )
 HONING = Option.value(
     "honing",
-    parsing.number,
+    parsing.DEGREES,
     "Honing angle between the two groove families, degrees: 45.",
     Panel.TEXTURE,
-    metavar="DEGREES",
 )
 TURNING = Option.value(
     "turning",
-    parsing.lengths,
+    parsing.lengths.named("FEED,RADIUS"),
     'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
     Panel.TEXTURE,
-    metavar="FEED,RADIUS",
 )
 OUTPUT = Option.files(
     "output", f"Map: {export.list_formats(export.SURFACE)}; repeatable.", export.SURFACE.suffixes

@@ -95,9 +95,8 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
         OUTPUT,
         INDENTED_SURFACE,
         options.FOLDER,
-        *options.REPORTING,
         FIGURE,
-        *options.SHOWN,
+        *options.OUTPUT,
     ),
     short_help="path passes material young poisson yield-strength missing indented-surface "
     "output report",

@@ -31,9 +31,8 @@ SEAL_LENGTH = Option.value(
 RING = Option.value("ring", LENGTH, 'Mean diameter of a ring-shaped seal face: "40 mm".')
 GAS = Option.value(
     "gas",
-    parsing.choice("air", "nitrogen", "helium", "argon"),
+    parsing.choice("air", "nitrogen", "helium", "argon").named("GAS"),
     "Gas that leaks: air, nitrogen, helium or argon.",
-    metavar="GAS",
 )
 INLET = Option.value("inlet", PRESSURE, 'Absolute pressure of the gas at the inlet: "2 bar".')
 OUTLET = Option.value("outlet", PRESSURE, 'Absolute pressure of the gas at the outlet: "1 mbar".')

@@ -34,10 +34,9 @@ TRAVEL = Option.value(
 )
 DIRECTION = Option(
     "direction",
-    parsing.number,
+    parsing.DEGREES,
     "Travel direction, degrees counterclockwise from x; default: 0.",
     0.0,
-    metavar="DEGREES",
 )
 RECIPROCATING = Option.flag("reciprocating", "Reciprocate: alternate the travel direction.")
 FRICTION = Option(

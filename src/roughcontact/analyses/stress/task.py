@@ -27,10 +27,9 @@ FRICTION = Option(
 )
 DIRECTION = Option(
     "direction",
-    parsing.number,
+    parsing.DEGREES,
     "Traction direction, degrees counterclockwise from x; default: 0.",
     0.0,
-    metavar="DEGREES",
 )
 DEPTHS = Option.value(
     "depths", parsing.lengths, 'Depths: "1 um, 2 um"; default: automatic.', Panel.SOLVER
@@ -124,9 +123,8 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
         FIRST_YIELD,
         *options.SOLVER,
         OUTPUT,
-        *options.REPORTING,
         options.FIGURES,
-        *options.SHOWN,
+        *options.OUTPUT,
     ),
     short_help="load material young poisson yield-strength friction first-yield missing "
     "output report",
