@@ -16,7 +16,7 @@ import roughcontact
 
 OPTION = """
 STRETCH = Option(
-    "stretch", parsing.number, "Factor of the heights.", 1.0, Panel.MAP, "Stretched by",
+    "stretch", parsing.number.named("FACTOR"), "Factor of the heights.", 1.0, Panel.MAP, "Stretched by",
     prepares=True,
 )
 """
