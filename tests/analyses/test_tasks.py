@@ -146,8 +146,8 @@ def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(checkout:
     add(options, OPTION, "PREPARATION = (", "STRETCH, ")
     project(checkout, 'load = "1 N"', "stretch = 3")
     help_of_all = python(checkout, "-c", ASKED)
-    assert help_of_all.count("--stretch FACTOR") == 12
-    assert help_of_all.count("Factor of the heights.") == 12
+    assert help_of_all.count("--stretch FACTOR") == 13
+    assert help_of_all.count("Factor of the heights.") == 13
     pytest.importorskip("panel", reason="needs roughcontact[desk]")
     assert "Stretched by" in python(checkout, "-c", ON_PAGE)
 
