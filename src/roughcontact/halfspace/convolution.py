@@ -238,14 +238,7 @@ class Convolution:
         """
         if self.real is np.float32:
             return self
-        single = Convolution(
-            self.spectrum,
-            self.shape,
-            self.padded,
-            workspace=self.workspace,
-            precision="single",
-            softness=self.softness,
-        )
+        single = self._derive(self.spectrum, softness=self.softness)
         single.surface = self.surface
         return single
 
@@ -259,14 +252,8 @@ class Convolution:
             symbol of every wave.
         """
         share = self.real(compliance / self.softness)
-        result = Convolution(
-            self.spectrum + share,
-            self.shape,
-            self.padded,
-            workspace=self.workspace,
-            precision="single" if self.real is np.float32 else "double",
-            softness=self.softness,
-        )
+        precision = "single" if self.real is np.float32 else "double"
+        result = self._derive(self.spectrum + share, precision=precision, softness=self.softness)
         result.surface = None if self.surface is None else self.surface + share
         return result
 
@@ -284,9 +271,18 @@ class Convolution:
         spectrum = of[np.ix_(*waves)].astype(np.float64)
         spectrum[spectrum <= 0] = spectrum.max()
         np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
-        return Convolution(
-            spectrum, self.shape, period, workspace=self.workspace, precision="single"
-        )
+        return self._derive(spectrum, period)
+
+    def _derive(
+        self,
+        spectrum: NDArray[Any],
+        padded: tuple[int, int] | None = None,
+        precision: str = "single",
+        **options: Any,
+    ) -> Convolution:
+        """Return an operator of the same map, with the same threads and memory."""
+        options |= {"workspace": self.workspace, "precision": precision}
+        return type(self)(spectrum, self.shape, padded or self.padded, **options)
 
     def inverse_grid(self) -> tuple[tuple[int, int], list[NDArray[np.int64]]]:
         """Return the period of `approximate_inverse`, and the nearest waves of the padded map."""
