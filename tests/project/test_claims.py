@@ -88,6 +88,7 @@ def test_extras_install_stated_packages() -> None:
     assert any(entry.startswith("ducc0") for entry in extras["fast"])
     assert any(entry.startswith("panel") for entry in extras["desk"])
     assert any(entry.startswith("dask") for entry in extras["cluster"])
+    assert any(entry.startswith("torch") for entry in extras["gpu"])
     assert set(extras["all"]) == {"roughcontact[desk,fast,io]"}
     # Packages under the GPL are never needed.
     assert not any(entry.startswith("ducc0") for entry in PROJECT["dependencies"])

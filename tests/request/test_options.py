@@ -6,6 +6,7 @@ import html
 import json
 import re
 import shlex
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -129,6 +130,21 @@ def test_setting_is_rejected_in_one_sentence(given: str, sentence: str, capsys: 
     error = capsys.readouterr().err
     assert sentence in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("task", [n for n, t in TASKS.items() if options.DEVICE in t.options])
+def test_device_is_opened_before_maps_are_read(task: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "torch", None)
+    request = from_text(task, None, {**BALL, **NEEDED[task], "device": "cuda"})
+
+    def read(*_: object) -> list[Any]:
+        raise AssertionError("a map was read")
+
+    with pytest.raises(InputError, match="device = 'cuda' needs PyTorch"):
+        run.run_request(request, lambda _: None, read=read)
+    if request.task.pieces is not None:
+        with pytest.raises(InputError, match="device = 'cuda' needs PyTorch"):
+            request.solve_subtask("0", lambda _: None, lambda _: None)
 
 
 @pytest.mark.parametrize("task", TASKS)

@@ -33,6 +33,7 @@ from roughcontact.errors import (
     require_choice,
 )
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.gpu import runs_on_device
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded, rigid_tilt
 from roughcontact.solvers.problem import Loaded, project
@@ -58,6 +59,7 @@ MOMENT_ERROR_TEXT = (
 
 
 @shows_progress_bar
+@runs_on_device
 @validate_arguments
 def solve(
     surface: Surface,
@@ -73,6 +75,7 @@ def solve(
     tolerance: float | None = None,
     max_iterations: int = 2000,
     precision: str = "double",
+    device: str | None = None,
     initial_guess: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
     on_interrupt: str = "raise",
@@ -123,6 +126,9 @@ def solve(
     precision : {"double", "single"}
         Arithmetic of the transforms; single needs about two thirds of the memory, with a
         certificate of 1e-4 (it usually reaches a few 1e-6).
+    device : {"cpu", "cuda"}, optional
+        Device that computes the displacement: the processor by default, or a GPU with PyTorch
+        (extra ``gpu``). The certificate is computed in the same way on both.
     initial_guess : ContactResult or array_like of shape (ny, nx), optional
         Solution of a similar problem on the same grid, or its pressure [Pa].
     on_failure : {"raise", "return"}
@@ -148,7 +154,8 @@ def solve(
     Raises
     ------
     InputError
-        If an argument cannot be used; the message names it and its value.
+        If an argument cannot be used; the message names it and its value. Without PyTorch or a
+        CUDA device, ``device="cuda"`` is one.
     CapacityError
         If the load exceeds the ceiling times the area, no contact is possible, or no pressure
         balances the moments.

@@ -172,6 +172,7 @@ class Boundary(StrEnum):
         callable
             ``operator(shape, (ky, kx))`` as required by `bounded.solve`.
         """
+        from roughcontact.halfspace import gpu
         from roughcontact.halfspace.fft import Workspace
 
         workspace = workspace or Workspace()
@@ -182,7 +183,7 @@ class Boundary(StrEnum):
             coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
             # On coarse grids the discretization error exceeds the rounding error.
             arithmetic = precision if coarsening == (1, 1) else "single"
-            return self.operator(
+            on_host = self.operator(
                 shape,
                 coarse,
                 contact_modulus,
@@ -191,6 +192,7 @@ class Boundary(StrEnum):
                 precision=arithmetic,
                 workspace=workspace,
             )
+            return gpu.to_device(on_host)
 
         return operator
 

@@ -1,4 +1,4 @@
-"""FFT, its threads and work memory: the only module that calls FFT libraries.
+"""FFT, its threads and work memory: the only module that calls FFT libraries of the processor.
 
 ducc0, or SciPy if ducc0 is not installed, transforms maps for the displacement and the stress of a
 half-space, in blocks of rows or columns, each on one thread of a `Workspace`. The processing of
@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import ContextVar, copy_context
 from typing import Any, Literal
 
 import numpy as np
@@ -229,7 +229,9 @@ class Workspace:
             for item in remaining:
                 task(item)
 
-        helpers = [self._pool.submit(work) for _ in range(min(self.workers, len(items)) - 1)]
+        # Operators made by an item are on the device of the caller.
+        number = min(self.workers, len(items)) - 1
+        helpers = [self._pool.submit(copy_context().run, work) for _ in range(number)]
         try:
             work()
         finally:

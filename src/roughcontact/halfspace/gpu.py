@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import replace
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,10 +58,9 @@ def use_device(name: str | None) -> Iterator[None]:
         yield
     except out_of_memory as error:
         raise InsufficientMemoryError(
-            "the free memory of the GPU is too small for this map; solve with ",
-            ArgumentRef("precision", "single"),
-            ", on a coarser grid, or with ",
-            ArgumentRef("device", "cpu"),
+            "the free memory of the GPU is too small for this map; solve with "
+            f"{ArgumentRef('precision', 'single')}, on a coarser grid, or with "
+            f"{ArgumentRef('device', 'cpu')}"
         ) from error
     finally:
         _device.reset(token)
@@ -69,25 +68,22 @@ def use_device(name: str | None) -> Iterator[None]:
 
 def _find_device(name: str) -> Any:
     """Return a device of PyTorch."""
+    unusable = functools.partial(InputError, argument="device", value=name)
     try:
         import torch
     except ImportError as error:
-        raise InputError(
+        raise unusable(
             f"= {name!r} needs PyTorch, which cannot be imported ({error}); run pip install "
-            "'roughcontact[gpu]'",
-            argument="device",
-            value=name,
+            "'roughcontact[gpu]'"
         ) from None
     if not torch.cuda.is_available():
-        raise InputError(
+        raise unusable(
             f"= {name!r}, but PyTorch {torch.__version__} finds no CUDA device; check its driver "
-            "with nvidia-smi and that PyTorch is built for CUDA, or leave ",
-            ArgumentRef("device"),
-            " out",
-            argument="device",
-            value=name,
+            f"with nvidia-smi and that PyTorch is built for CUDA, or leave {ArgumentRef('device')} "
+            "out"
         )
-    return torch.device(name)
+    # By its number: each thread has a current device.
+    return torch.device(name, torch.cuda.current_device())
 
 
 def runs_on_device(function: Callable[P, R]) -> Callable[P, R]:
@@ -95,8 +91,7 @@ def runs_on_device(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def call(*positional: P.args, **named: P.kwargs) -> R:
-        name: Any = named.get("device")
-        with use_device(name):
+        with use_device(cast("str | None", named.get("device"))):
             return function(*positional, **named)
 
     return call
@@ -137,11 +132,9 @@ class DeviceConvolution(Convolution):
         super().__init__(*problem, **options)
         self._torch, self._device = torch, device
         self._symbol = self._upload(self.spectrum)
-        self._types = (torch.float32, torch.complex64)
-        if self.real is np.float64:
-            self._types = (torch.float64, torch.complex128)
+        self._types = self._symbol.dtype, self._symbol.dtype.to_complex()
         # Found out before the solve; PyTorch keeps the memory.
-        torch.empty(self._rows, dtype=self._types[1], device=self._device)
+        torch.empty(self._rows, dtype=self._types[1], device=device)
         rows, workers = self._blocks[0].stop, self.workspace.workers
         fit = _BLOCK_BYTES // (workers * rows * self.padded[1] * self._symbol.itemsize)
         count = len(self._blocks)
@@ -159,9 +152,8 @@ class DeviceConvolution(Convolution):
 
         def download(numbers: range) -> None:
             block = self._displaced_rows(spectra, numbers)[:, : self.shape[1]]
-            pinned = self._device.type == "cuda"
-            received = self._torch.empty(block.shape, dtype=block.dtype, pin_memory=pinned)
-            displacement = received.copy_(block).numpy()
+            memory = {"dtype": block.dtype, "pin_memory": block.is_cuda}
+            displacement = self._torch.empty(block.shape, **memory).copy_(block).numpy()
             top = self._blocks[numbers[0]].start
             for number in numbers:
                 rows = self._blocks[number]
@@ -172,11 +164,11 @@ class DeviceConvolution(Convolution):
     def gather(self, support: Support, pressure: NDArray[Any]) -> NDArray[Any]:
         """Return the displacement of the loaded pixels, selected on the device."""
         spectra = self._convolve(support, pressure)
-        parts = [
-            self._displaced_rows(spectra, numbers).ravel()[positions]
-            for numbers, _, positions in self._loaded(support)
-        ]
-        return self._torch.cat(parts).cpu().numpy().astype(np.float64, copy=False)
+        displacement = np.empty(support.index.size)
+        for numbers, part, positions in self._loaded(support):
+            rows = self._displaced_rows(spectra, numbers)
+            displacement[part] = rows.view(-1)[positions].cpu().numpy()
+        return displacement
 
     def _derive(self, *problem: Any, **options: Any) -> Convolution:
         return super()._derive(*problem, device=self._device, **options)

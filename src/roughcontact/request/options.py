@@ -547,7 +547,14 @@ PRECISION: Option[str | None] = Option.value(
     "double or single (two thirds of the memory); default: double (elastoplastic model: single).",
     Panel.SOLVER,
 )
-SOLVER_DOUBLE = (TOLERANCE, MAX_ITERATIONS)
+DEVICE: Option[str | None] = Option.value(
+    "device",
+    parsing.choice("cpu", "cuda"),
+    "cpu or cuda (displacement on a GPU, with the extra gpu); default: cpu.",
+    Panel.SOLVER,
+)
+"""Device of all contacts of a run."""
+SOLVER_DOUBLE = (TOLERANCE, MAX_ITERATIONS, DEVICE)
 SOLVER = (*SOLVER_DOUBLE, PRECISION)
 
 # Output files and console

@@ -101,7 +101,7 @@ class Request(OptionValues):
 
     def solver(self, *options: Option[Any]) -> dict[str, Any]:
         """Return the given options of the solver; each model has separate defaults."""
-        listed = options or shared.SOLVER
+        listed = [item for item in options or shared.SOLVER if item is not shared.DEVICE]
         return {item.argument: self.get(item) for item in listed if item.name in self.values}
 
     @cached_property
@@ -355,7 +355,10 @@ class Request(OptionValues):
 
     def solve_subtask(self, word: str, say: Say, look: Callable[[Any], None]) -> Any:
         """Return the result of a subtask, an item of ``known`` in `request.run.run_request`."""
-        return self._pieces.solve(self, word, say, look)
+        from roughcontact.halfspace.gpu import use_device
+
+        with use_device(self.get(shared.DEVICE)):
+            return self._pieces.solve(self, word, say, look)
 
     @property
     def _pieces(self) -> Subtasks:

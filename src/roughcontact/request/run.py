@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.errors import RoughcontactError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import contacts, outputs
-from roughcontact.request.options import HEAD, REPORT
+from roughcontact.request.options import DEVICE, HEAD, REPORT
 from roughcontact.request.outcome import (
     OnPreview,
     OnProgress,
@@ -44,7 +44,10 @@ def run_request(
     request.check_places()
     reads = partial(read or prepare_maps, request, say)
     work = TaskContext(request, reads, say, look or ignore, solve, known or {})
-    outcome: Outcome = request.task.run(request, work)
+    from roughcontact.halfspace.gpu import use_device
+
+    with use_device(request.get(DEVICE)):
+        outcome: Outcome = request.task.run(request, work)
     if not outcome.converged:
         return outcome
     # The result is shown even if the files cannot be written.

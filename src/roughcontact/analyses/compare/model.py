@@ -37,6 +37,7 @@ from roughcontact.cautions import (
 from roughcontact.contact.load_case import spaced
 from roughcontact.contact.result import BASE, COATING
 from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
+from roughcontact.halfspace.gpu import runs_on_device
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Tell, shows_progress_bar
@@ -297,6 +298,7 @@ Maps = Mapping[str, Sequence[Surface]]
 
 
 @shows_progress_bar
+@runs_on_device
 @validate_arguments
 def compare(
     maps: Maps | Sequence[Surface],
@@ -311,6 +313,7 @@ def compare(
     boundary: str = "free",
     tolerance: float | None = None,
     max_iterations: int = 2000,
+    device: str | None = None,
     progress: Tell = None,
 ) -> Comparison:
     """Compare several maps under the same nominal pressure.
@@ -320,7 +323,7 @@ def compare(
     maps : mapping of str to sequence of Surface, or sequence of Surface
         Maps by group name, or the maps of one group. The maps of a group are different places,
         pieces or measurements, or the parts of one map (`roughcontact.partition`).
-    material, counter_material, ceiling, boundary, tolerance, max_iterations
+    material, counter_material, ceiling, boundary, tolerance, max_iterations, device
         As for `solve`. With the ceiling ``"bracket"`` of a coated body the comparison is that
         under the ceiling of the coating, and its ``base`` that under the ceiling of the base.
     pressure : float, str or quantity of pint

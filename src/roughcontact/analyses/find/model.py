@@ -29,6 +29,7 @@ from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.validation import check_holes, check_problem, touchable_gap
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace import stress_summary
+from roughcontact.halfspace.gpu import runs_on_device
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Step, Tell, progress_callback, shows_progress_bar
@@ -293,6 +294,7 @@ _NAMES = {
 
 
 @shows_progress_bar
+@runs_on_device
 @validate_arguments
 def find_load(
     surface: Surface,
@@ -309,6 +311,7 @@ def find_load(
     boundary: str = "free",
     tolerance: float | None = None,
     max_iterations: int = 2000,
+    device: str | None = None,
     progress: Tell = None,
 ) -> LoadSearch:
     """Return the loads at which a contact has the requested values.
@@ -316,7 +319,7 @@ def find_load(
     Parameters
     ----------
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
-max_iterations
+max_iterations, device
         As for `solve`.
     contact_fraction : float, str or sequence of float, optional
         Share of the map in contact, between 0 and 1, or as ``"1 %, 5 %"``.

@@ -37,6 +37,7 @@ from roughcontact.errors import (
     input_error,
     require_count,
 )
+from roughcontact.halfspace.gpu import runs_on_device
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.progress import (
     Progress,
@@ -454,6 +455,7 @@ _AT_CEILING = 1e-6
 
 
 @shows_progress_bar
+@runs_on_device
 @validate_arguments
 def history(
     surface: Surface,
@@ -468,6 +470,7 @@ def history(
     boundary: str = "free",
     tolerance: float = TOLERANCE,
     max_iterations: int = 2000,
+    device: str | None = None,
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
 ) -> LoadHistory:
@@ -475,7 +478,7 @@ def history(
 
     Parameters
     ----------
-    surface, material, counter_material, counter_surface, ceiling, boundary, max_iterations
+    surface, material, counter_material, counter_surface, ceiling, boundary, max_iterations, device
         As for `solve`. A path has one ceiling: ``"calibrated"`` is that of a first loading to the
         largest load of the path.
     path : sequence of Stage, float, str, quantity of pint or `Load`

@@ -179,7 +179,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
         *options.SHAPES,
         options.HARDENING,
         options.BOUNDARY,
-        *options.SOLVER,
+        *(options.TOLERANCE, options.MAX_ITERATIONS, options.PRECISION),
         YES,
         OUTPUT,
         options.FOLDER,

@@ -229,6 +229,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
                 options.APPROACH,
                 options.LOAD_POINT,
                 options.CEILING,
+                options.DEVICE,
                 UNCALIBRATED,
                 STUDY,
                 measurement.UNCERTAINTY,

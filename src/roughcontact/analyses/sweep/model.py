@@ -31,6 +31,7 @@ from roughcontact.contact.stiffness import contact_growth, predict_pressure, unl
 from roughcontact.contact.validation import check_problem, check_profile
 from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, Sentence
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.gpu import runs_on_device
 from roughcontact.material.material import RIGID, Material, softer_material
 from roughcontact.solvers.progress import Progress, Tell, progress_callback, shows_progress_bar
 from roughcontact.surface import roughness
@@ -215,6 +216,7 @@ MAX_HELD_RESULTS = 5
 
 
 @shows_progress_bar
+@runs_on_device
 @validate_arguments
 def sweep(
     surface: Surface,
@@ -229,6 +231,7 @@ def sweep(
     tolerance: float | None = None,
     max_iterations: int = 2000,
     precision: str = "double",
+    device: str | None = None,
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
 ) -> LoadCurve:
@@ -237,7 +240,7 @@ def sweep(
     Parameters
     ----------
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
-max_iterations, precision
+max_iterations, precision, device
         As for `solve`. With ``"calibrated"`` the ceiling is calibrated for each load; with
         ``"bracket"`` the curve is that of the coating, and its ``base`` that of the base.
     loads : sequence of float, str, quantity of pint, or `Load`

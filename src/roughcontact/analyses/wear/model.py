@@ -47,6 +47,7 @@ from roughcontact.contact.series import StepResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_choice, require_count
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.gpu import runs_on_device
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.operator import Family
 from roughcontact.solvers.progress import Progress, Tell, progress_callback, shows_progress_bar
@@ -202,6 +203,7 @@ class Wear(StepResult):
 
 
 @shows_progress_bar
+@runs_on_device
 @validate_arguments
 def wear(
     surface: Surface,
@@ -219,6 +221,7 @@ def wear(
     boundary: str = "free",
     tolerance: float | None = None,
     max_iterations: int = 2000,
+    device: str | None = None,
     max_moved: float = MAX_MOVED,
     steps: int | None = None,
     folder: str | os.PathLike[str] | None = None,
@@ -228,7 +231,7 @@ def wear(
 
     Parameters
     ----------
-    surface, material, load, counter_material, counter_surface, boundary, max_iterations
+    surface, material, load, counter_material, counter_surface, boundary, max_iterations, device
         As for `solve`.
     distance : float, str, quantity of pint, or several of them
         Sliding distance [m]; several are reached one after the other.
