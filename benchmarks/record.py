@@ -4,6 +4,7 @@
     python benchmarks/record.py --keep     # store it in record.json
     python benchmarks/record.py --quick    # one small task, once
     python benchmarks/record.py --growth 8192      # growth with the grid, up to 8192 points
+    python benchmarks/record.py --growth 16384 --device cuda    # one solve, on a GPU and without
     python benchmarks/record.py --commands [--before FOLDER] [--points 576x768] [--only info]
 
 Every task runs in a separate process, several times, each after padded ``scipy.fft.rfft2`` +
@@ -12,7 +13,8 @@ pairs over the whole run, memory as the peak above that of the import. Increases
 above the last record are listed.
 
 `--growth` ends a task if its next grid would take more than `MAX_SECONDS` or the free memory; it
-writes growth.json, from which the documentation draws a figure.
+writes growth.json, from which the documentation draws a figure. With `--device` it prints one solve
+from 1024² points up on that device and on the processor, in turns, and writes nothing.
 
 `--commands` times whole commands from the shell, with files in the page cache. FOLDER is the
 ``src`` of another state of the program (`git worktree add`): both run in turns. Each command runs
@@ -146,10 +148,10 @@ MAX_SECONDS = 300.0
 Timing = tuple[float, float]
 
 
-def worker(name: str, points: int = 0) -> None:
+def worker(name: str, points: int = 0, device: str = "") -> None:
     """Run a task once, in this process, and print its time and memory."""
     if points:
-        make, options = GROWING[name][0], {}
+        make, options = GROWING[name][0], {"device": device} if device else {}
     else:
         make, points, options = {**TASKS, **QUICK}[name]
     # Libraries are loaded and threads started by a small one.
@@ -195,6 +197,16 @@ def grown(name: str, largest: int) -> dict[int, dict[str, float]]:
             break
         points *= 2
     return rows
+
+
+def compare_device(device: str, largest: int) -> None:
+    """Print time and memory of the processor for one solve, on a device and on the processor."""
+    points = 1024
+    while points <= largest:
+        for name in (device, "cpu"):
+            answer = run_worker(__file__, "solve", points, name)
+            print(f"{name:5s} {points:5d}² {answer['seconds']:8.3f} s {answer['above']:8.0f} MB")
+        points *= 2
 
 
 def worse(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -> list[str]:
@@ -309,6 +321,7 @@ def main() -> int:
     parser.add_argument("--quick", action="store_true", help="one small task, once")
     parser.add_argument("--repeats", type=int, default=5, help="of each task or command; median")
     parser.add_argument("--growth", type=int, metavar="POINTS", help="largest points per side")
+    parser.add_argument("--device", help="of one solve of `--growth`, such as cuda")
     parser.add_argument("--commands", action="store_true", help="time commands")
     parser.add_argument(
         "--before", type=os.path.abspath, help="src of another state of the program"
@@ -321,10 +334,14 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
             if given.worker:
-                worker(given.worker[0], *map(int, given.worker[1:]))
+                name, *rest = given.worker
+                worker(name, *map(int, rest[:1]), *rest[1:])
             else:
                 compare_commands(given, Path(folder))
             os.chdir(ROOT)
+        return 0
+    if given.growth and given.device:
+        compare_device(given.device, given.growth)
         return 0
     if given.growth:
         found = {name: grown(name, given.growth) for name in GROWING}
