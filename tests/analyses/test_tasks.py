@@ -89,7 +89,7 @@ TASK = Task(
 ANSWERED = """
 from pathlib import Path
 from roughcontact.desk.analysis_jobs import ANALYSES, run_analysis
-from roughcontact.desk.analysis_panel import OptionsForm
+from roughcontact.desk.job_panels import OptionsForm
 from roughcontact.desk.session import SessionState
 (task, question), = (one for one in ANALYSES if one[0].name == "height")
 form = OptionsForm(task, question)

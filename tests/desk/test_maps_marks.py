@@ -9,10 +9,12 @@ import roughcontact as rc
 
 pytest.importorskip("panel")
 
-from bokeh.events import SelectionGeometry
+from bokeh.events import DoubleTap
 
-from roughcontact.desk.maps import MapsView
+from roughcontact.desk.maps import PRESSURE, MapsView
 from roughcontact.desk.rasters import Box
+
+STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 
 
 @pytest.fixture
@@ -54,16 +56,26 @@ def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
     assert told == []
 
 
-def test_box_is_drawn_moved_and_removed(maps):
-    told = []
-    maps.crop.set_listener(told.append)
-    plot = maps.plot
-    geometry = {"type": "rect", "x0": 40.0, "x1": 10.0, "y0": -5.0, "y1": 20.2}
-    plot._trigger_event(SelectionGeometry(plot, geometry=geometry, final=True))
-    assert told[-1] == pytest.approx((0, 10e-6, 20.2e-6, 40e-6))
-    assert maps.crop.frame.visible
-    maps.crop.frame.update(left=12.0)
-    assert told[-1] == pytest.approx((0, 12e-6, 20.2e-6, 40e-6))
-    maps.crop.set_box(None)
-    assert not maps.crop.frame.visible
-    assert len(told) == 2
+def test_drawn_box_selects_rows_and_columns_of_the_map(maps):
+    maps.crop.update(left=10.2, right=40.0, top=-5.0, bottom=20.2, visible=True)
+    assert maps.cropped == ((0, 20), (10, 40))
+    # Another map has no box.
+    maps.show_contact(rc.Surface(np.zeros((30, 40)), (1e-6, 1e-6)))
+    assert not maps.crop.visible
+
+
+def test_dragged_color_limits_stay_until_their_bar_is_double_clicked(maps):
+    surface = maps._surface
+    results = [rc.solve(surface, load=load, material=STEEL) for load in (0.2, 0.6)]
+    maps.show_contact(surface, results[0])
+    mapper, whole = maps.mappers[PRESSURE], maps.mappers[PRESSURE].high
+    assert "beyond the scale" not in maps.legend.text
+    # The change comes from the browser.
+    mapper.high = whole / 4
+    assert "beyond the scale" in maps.legend.text
+    assert max(maps.bars[PRESSURE].ticker.ticks) <= whole / 4
+    maps.show_contact(surface, results[1])
+    assert mapper.high == pytest.approx(whole / 4)
+    maps.plot._trigger_event(DoubleTap(maps.plot, x=maps.x_range.end + 1, y=0))
+    assert mapper.high > whole
+    assert "beyond the scale" not in maps.legend.text

@@ -221,6 +221,15 @@ def test_a_form_is_chosen_with_its_order_and_undone_on_its_line(seat: Seat, serv
     wait_for_file(seat, project, lambda text: "form =" not in text)
 
 
+def wait_for_value(field: Any, text: str) -> None:
+    """Wait until a field holds a text; the page may replace the field meanwhile."""
+    for _ in range(100):
+        if field.input_value() == text:
+            return
+        field.page.wait_for_timeout(200)
+    raise AssertionError(field.input_value())
+
+
 def wait_for_file(seat: Seat, path: Path, is_so: Callable[[str], bool]) -> None:
     """Wait until a file holds what it shall."""
     for _ in range(100):
@@ -300,7 +309,7 @@ def test_file_is_dropped_anywhere_and_typed_text_survives_reload(
     field.press_sequentially("120 MPa")
     page.reload()
     seat.loaded()
-    page.wait_for_function("(e) => e.value == '120 MPa'", arg=field.element_handle())
+    wait_for_value(field, "120 MPa")
     wait_for_file(seat, project, lambda text: 'load = "120 MPa"' in text)
     # Entered, and reloaded at once.
     field.press("Control+a")
@@ -308,10 +317,10 @@ def test_file_is_dropped_anywhere_and_typed_text_survives_reload(
     field.press("Enter")
     page.reload()
     seat.loaded()
-    page.wait_for_function("(e) => e.value == '60 MPa'", arg=field.element_handle())
+    wait_for_value(field, "60 MPa")
     # Undo is there after a reload, too.
     page.get_by_role("button", name="Undo").first.click()
-    page.wait_for_function("(e) => e.value == '120 MPa'", arg=field.element_handle())
+    wait_for_value(field, "120 MPa")
 
 
 @pytest.mark.slow
@@ -548,6 +557,43 @@ def test_keys_and_clicks_enlarge_a_map_and_open_the_drawers(seat: Seat) -> None:
     seat.number("Load").filter(has_text="10 MPa").wait_for()
     page.keyboard.press("Control+Shift+Z")
     seat.number("Load").filter(has_text="20 MPa").wait_for()
+
+
+_BAR = """() => {
+  const models = [...Bokeh.documents[0]._all_models.values()];
+  const map = models.find((m) => m.type == "Figure" && m.frame_width);
+  const view = Bokeh.index.find_one_by_id(map.id), { frame } = view;
+  const at = view.canvas_view.el.getBoundingClientRect();
+  const { low, high } = map.right.find((m) => m.type == "ColorBar" && m.visible).color_mapper;
+  const { left, right, top, bottom } = frame.bbox, y = map.y_range;
+  return { x: at.x + right + 8, top: at.y + top, bottom: at.y + bottom, low, high,
+    y: [y.start, y.end] };
+}"""
+
+
+@pytest.mark.slow
+def test_color_limits_follow_the_color_bar(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    before = page.evaluate(_BAR)
+    third = (before["bottom"] - before["top"]) / 4
+    # A color at three quarters of the bar is moved to its middle.
+    page.mouse.move(before["x"], before["top"] + third)
+    page.mouse.down()
+    page.mouse.move(before["x"], before["top"] + 2 * third, steps=6)
+    page.mouse.up()
+    after = page.evaluate(_BAR)
+    assert after["high"] == pytest.approx(1.5 * before["high"], rel=0.02)
+    assert after["low"] == before["low"]
+    assert after["y"] == before["y"]
+    # The limits stay under another load.
+    load = text_of(seat.number("Load"))
+    seat.type("Value with unit", "30 MPa")
+    wait_for_change(seat, "Load", load)
+    page.get_by_text("Up to date").wait_for()
+    assert page.evaluate(_BAR)["high"] == pytest.approx(after["high"])
+    page.mouse.dblclick(before["x"], before["top"] + third)
+    page.wait_for_function(f"(high) => ({_BAR})().high < 0.9 * high", arg=after["high"])
 
 
 @pytest.mark.slow

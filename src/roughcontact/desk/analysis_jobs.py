@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.solve.task import STUDY, TASK as SOLVE
+from roughcontact.analyses.sweep.figures import load_curve
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.analyses.tasks import SHARED_TASKS, TASKS
 from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing.export import png
+from roughcontact.drawing.maps import comparison
 from roughcontact.errors import ConvergenceError
 from roughcontact.report import kind, kinds
 from roughcontact.request.outcome import Outcome
@@ -60,27 +63,25 @@ class AnalysisOutcome:
         return self.outcome.extras.get(STUDY.name, self.outcome.result)
 
 
-def run_analysis(tell: Tell, request: Request) -> AnalysisOutcome:
+def run_analysis(tell: Tell, request: Request, over_pressure: bool) -> AnalysisOutcome:
     """Run a request and draw its figures; a job for `workers.WorkerPool.submit`."""
-    return _analysis_outcome(tell, run_request(request, tell, tell))
-
-
-def _analysis_outcome(tell: Tell, outcome: Outcome) -> AnalysisOutcome:
+    outcome = run_request(request, tell, tell)
     if outcome.failure is not None:
         raise outcome.failure
     result = outcome.extras.get(STUDY.name, outcome.result)
     rows = [*kinds.rows(result), *kinds.rows(result, kind.TRUST)]
     heads, steps = kinds.listing(result)
     tell("drawing")
+    drawings = kinds.drawings(result) if outcome.converged else {}
+    if drawings and isinstance(result, LoadCurve):
+        drawings = {"": partial(load_curve, result, over_pressure)}
     return AnalysisOutcome(
         outcome,
         tuple((row.title, row.text, row.meaning) for row in rows),
         heads,
         tuple(steps),
         tuple(result.cautions),
-        tuple(png(draw()) for draw in kinds.drawings(result).values())
-        if outcome.converged and not isinstance(result, LoadCurve)
-        else (),
+        tuple(png(draw()) for draw in drawings.values()),
         kinds.sentences(result),
         kinds.presentation_of(result).answer(),
     )
@@ -92,7 +93,7 @@ class ContactComparison:
 
     rows: tuple[Cells, ...]  # Labels, both values, differences, also in percent
     cautions: tuple[tuple[Caution, ...], tuple[Caution, ...]]  # Cautions of each
-    contacts: tuple[ContactResult, ContactResult]
+    figure: bytes  # Pressure and contact of both (PNG)
 
 
 def compare_contacts(
@@ -120,7 +121,9 @@ def compare_contacts(
         for part in (kind.PROBLEM, kind.ANSWER, kind.TRUST)
         for row, texts in kind.side_by_side(contact_fields.CONTACT, result, part)
     ]
-    return ContactComparison(tuple(text), (item.cautions, other.cautions), (item, other))
+    tell("drawing")
+    figure = png(comparison(result, names))
+    return ContactComparison(tuple(text), (item.cautions, other.cautions), figure)
 
 
 def _quantity_change(

@@ -58,14 +58,14 @@ class SpectrumPlot:
     def clear(self) -> None:
         """Clear the plot."""
         style.clear_source(self.source)
-        style.set_markup(self.note, "")
+        self.note.text = ""
 
     def show_surface(self, surface: Surface) -> None:
         """Show the spectrum of a map; profiles and missing points give a note instead."""
         if surface.missing or surface.is_profile:
             self.clear()
             what = "a map" if surface.is_profile else "a map without missing points: fill them"
-            style.set_markup(self.note, f"The spectrum needs {what}.")
+            self.note.text = f"The spectrum needs {what}."
             return
         q, power, _ = radial_spectrum(surface.heights, surface.pixel)
         there = power > 0
@@ -77,9 +77,7 @@ class SpectrumPlot:
                 "wavelength": 2 * np.pi / q[there] * factor,
             }
             finest = np.pi / max(surface.pixel)
-            style.set_markup(
-                self.note, f"Beyond {finest:.3g} rad/m only the corners of the grid contribute."
-            )
+            self.note.text = f"Beyond {finest:.3g} rad/m only the corners of the grid contribute."
             style.hover_units(self._hover, [unit, "rad/m", "m⁴"])
 
 
@@ -400,7 +398,7 @@ class SpotTable:
             autosize_mode="force_fit",
             stylesheets=[style.CSS["GRID"]],
         )
-        self.note: Any = style.make_markup(sizing_mode="stretch_width")
+        self.note: Any = style.make_markup()
         self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")
         self.source.selected.on_change("indices", self._handle_selection)
 
@@ -412,7 +410,7 @@ class SpotTable:
         """Clear the table."""
         self._result = None
         style.clear_source(self.source)
-        style.set_markup(self.note, "")
+        self.note.text = ""
 
     def show_result(self, result: ContactResult) -> None:
         """Show the contact spots of a result."""
@@ -430,10 +428,9 @@ class SpotTable:
                 self.columns[name].title = f"{title} [{units[name][1]}]"
             whole = count_noun(result.spots().count, "contact spot")
             shown = f", the {count} largest of them here" if count < result.spots().count else ""
-            style.set_markup(
-                self.note,
+            self.note.text = (
                 f"{whole}{shown}. Select a row to see its spot; its position is that of its "
-                "largest pressure.",
+                "largest pressure."
             )
 
     def _handle_selection(self, attr: str, old: Any, new: Any) -> None:

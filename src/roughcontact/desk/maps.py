@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import panel as pn
 from bokeh import models
 from bokeh.core.properties import value
-from bokeh.events import DoubleTap, SelectionGeometry
+from bokeh.events import DoubleTap
 from bokeh.plotting import figure
 
 from roughcontact.analyses.solve.fields import CONTACT
@@ -38,6 +40,7 @@ from roughcontact.report.kind import quantity_of
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering, format_percent
 
+_EDGES = ("left", "right", "top", "bottom")
 # Side of the handle at each end [dots].
 _HANDLE = 16
 # Distance of the name from its end [dots].
@@ -106,9 +109,9 @@ class SectionLine:
         )
         later = style.Debounced(plot, self._dragged)
         for end in self.ends:
-            for edge in ("left", "right", "top", "bottom"):
+            for edge in _EDGES:
                 end.js_on_change(edge, follow)
-            style.watch_changes(end, ("left", "right", "top", "bottom"), later)
+            style.watch_changes(end, _EDGES, later)
 
     @property
     def line(self) -> Line | None:
@@ -169,83 +172,25 @@ class SectionLine:
             self._call(line)
 
 
-class CropBox:
-    """Box on the map, drawn with a separate tool, then moved and resized."""
-
-    def __init__(self, plot: Any) -> None:
-        self._view = MapScale(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
-        self._box: Box | None = None
-        self._drawing = False
-        self._call: Callable[[Box | None], None] | None = None
-        self.frame: Any = models.BoxAnnotation(
-            left=0,
-            right=1,
-            top=0,
-            bottom=1,
-            visible=False,
-            editable=True,
-            fill_color="white",
-            fill_alpha=0.25,
-            line_color=ACCENT,
-            line_width=2,
-            hover_fill_color="white",
-            hover_fill_alpha=0.35,
-            hover_line_color=ACCENT,
-        )
-        self._later = style.Debounced(plot, self._dragged)
-        plot.add_layout(self.frame)
-        plot.add_tools(
-            models.BoxSelectTool(renderers=[], description="Draw a box, for example to crop to it")
-        )
-        plot.on_event(SelectionGeometry, self._handle_draw)
-        style.watch_changes(self.frame, ("left", "right", "top", "bottom"), self._later)
-
-    @property
-    def box(self) -> Box | None:
-        """Box [m]; None without a box."""
-        return self._box
-
-    def set_listener(self, call: Callable[[Box | None], None]) -> None:
-        """Register ``call(box)`` for a drawn or moved box [m], ``None`` if removed."""
-        self._call = call
-
-    def set_box(self, box: Box | None) -> None:
-        """Set or remove the box; it is clipped to the map."""
-        self._box = None if box is None else _cut(box, self._view.home)
-        self.frame.visible = self._box is not None
-        if self._box is not None:
-            top, left, bottom, right = (edge * self._view.factor for edge in self._box)
-            self._drawing = True
-            self.frame.update(top=top, left=left, bottom=bottom, right=right)
-            self._drawing = False
-
-    def set_scale(self, view: MapScale) -> None:
-        """Set the map scale, and clip the box to its map."""
-        self._view = view
-        if self._box is not None:
-            self.set_box(self._box)
-
-    def _handle_draw(self, event: Any) -> None:
-        geometry = event.geometry
-        if not event.final or geometry.get("type") != "rect":
-            return
-        self._set_box([geometry[name] for name in ("y0", "x0", "y1", "x1")])
-
-    def _dragged(self) -> None:
-        if self._box is not None and not self._drawing:
-            frame = self.frame
-            self._set_box([frame.top, frame.left, frame.bottom, frame.right])
-
-    def _set_box(self, edges: Sequence[float]) -> None:
-        y0, x0, y1, x1 = (edge / self._view.factor for edge in edges)
-        box = _cut(Box(min(y0, y1), min(x0, x1), max(y0, y1), max(x0, x1)), self._view.home)
-        near = 0.1 / self._view.dots
-        before = self._box
-        if box and before and max(abs(n - o) for n, o in zip(box, before, strict=True)) < near:
-            return
-        self.set_box(box)
-        if self._call is not None:
-            self._call(self._box)
+def add_crop_box(plot: Any) -> Any:
+    """Add a box to a map, drawn with a separate tool, then moved and resized; return it."""
+    box: Any = models.BoxAnnotation(
+        **dict.fromkeys(_EDGES, math.nan),
+        visible=False,
+        editable=True,
+        fill_color="white",
+        fill_alpha=0.25,
+        line_color=ACCENT,
+        line_width=2,
+        hover_fill_color="white",
+        hover_fill_alpha=0.35,
+        hover_line_color=ACCENT,
+    )
+    about = "Draw a box, for example to crop to it"
+    plot.add_tools(
+        models.BoxSelectTool(renderers=[], persistent=True, overlay=box, description=about)
+    )
+    return box
 
 
 def _clip_box(line: Line, home: Box) -> Line:
@@ -256,11 +201,6 @@ def _clip_box(line: Line, home: Box) -> Line:
         min(max(y1, home.top), home.bottom),
         min(max(x1, home.left), home.right),
     )
-
-
-def _cut(box: Box, home: Box) -> Box | None:
-    y0, x0, y1, x1 = _clip_box((box.top, box.left, box.bottom, box.right), home)
-    return Box(y0, x0, y1, x1) if y0 < y1 and x0 < x1 else None
 
 
 # --- Linked maps: heights, pressure, contact, gap, residual indentation ---
@@ -347,7 +287,7 @@ def map_titles(result: ContactResult) -> dict[str, str]:
 class MapsView:
     """Linked maps: one of five large, all as thumbnails, with a common view."""
 
-    def __init__(self) -> None:
+    def __init__(self, is_live: bool = True) -> None:
         self.x_range: Any = models.Range1d(0.0, 1.0)
         self.y_range: Any = models.Range1d(1.0, 0.0)
         self._surface: Surface | None = None
@@ -356,6 +296,8 @@ class MapsView:
         self._mean, self._factor, self._unit = 0.0, 1.0, "m"
         self._titles: dict[str, str] = {}
         self._scales: dict[str, ColorLimits] = {}
+        self._is_scaling = False
+        self._chosen: dict[str, tuple[float, float]] = {}
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         self.sources: dict[str, Any] = {
@@ -365,14 +307,16 @@ class MapsView:
         self.mappers = color_mappers()
         self.bars = {key: style.color_bar(mapper) for key, mapper in self.mappers.items()}
         self.plot = self._figure()
-        self._layers = {key: self._draw_layers(key) for key in NAMES}
-        self.section, self.crop = SectionLine(self.plot), CropBox(self.plot)
-        self.legend, self.readout = (
-            style.make_markup(sizing_mode="stretch_width", margin=(4, 0)) for _ in range(2)
-        )
-        self.readout.syncable = False
-        self._show_cursor_values()
-        self._room, self._frame, self._large = (640, 420), (300, 300), PRESSURE
+        self._layers = {
+            key: [*self.draw_layers(self.plot, key), *filter(None, [self.bars.get(key)])]
+            for key in NAMES
+        }
+        self.section, self.crop = SectionLine(self.plot), add_crop_box(self.plot)
+        self.legend, self.readout = (style.make_markup(margin=(4, 0)) for _ in range(2))
+        self.readout.update(syncable=False, text=_READOUT_HINT)
+        self.show_cursor_values(self.plot)
+        self._room, self._large = (640, 420), PRESSURE
+        self._frame: tuple[float, float] = (300, 300)
         names = [f"{number} {_SHORT.get(key, NAMES[key])}" for number, key in enumerate(NAMES, 1)]
         self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
         self.strip.param.watch(lambda event: self.enlarge(list(NAMES)[event.new]), "active")
@@ -389,9 +333,14 @@ class MapsView:
         )
         self._later = style.Debounced(self.plot, self._moved)
         self._others = style.Debounced(self.plot, self._draw_others, _OTHERS)
+        self._arrange()
+        if not is_live:
+            return
         for model in (self.x_range, self.y_range):
             style.watch_changes(model, ("start", "end"), self._later)
-        self._arrange()
+        self._recolor = style.Debounced(self.plot, self._show_colors, _OTHERS)
+        for key, mapper in self.mappers.items():
+            style.watch_changes(mapper, ("low", "high"), partial(self._choose_limits, key))
 
     @property
     def seen(self) -> Box:
@@ -441,6 +390,26 @@ class MapsView:
                 self._fit(self._wanted)
                 self._draw()
 
+    @property
+    def cropped(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Rows and columns of the surface in the drawn box."""
+        assert self._surface is not None
+        sides = (self.crop.top, self.crop.bottom), (self.crop.left, self.crop.right)
+        rows, columns = (
+            sorted(min(max(math.floor(end / self._factor / edge + 0.5), 0), points) for end in ends)
+            for ends, edge, points in zip(
+                sides, self._surface.pixel, self._surface.shape, strict=True
+            )
+        )
+        return (rows[0], rows[1]), (columns[0], columns[1])
+
+    def draw_cells(self, dots: int) -> None:
+        """Draw the whole maps with at most some cells along each side, for other figures."""
+        self._frame = self._home.bottom, self._home.right
+        self._fit(self._home)
+        self._frame = dots, dots
+        self._draw()
+
     def _arrange(self) -> None:
         """Set the sizes of the large map and the thumbnails."""
         width, height = self._room
@@ -453,8 +422,8 @@ class MapsView:
             strip = side + 2 * _SPACING
         large = min((width - strip - _BEFORE - _BEHIND) / wide, down / tall)
         large = max(large, _MIN_MAP_PIXELS / min(tall, wide) / 2)
-        self._frame = round(tall * large), round(wide * large)
-        self.plot.update(frame_height=self._frame[0], frame_width=self._frame[1])
+        frame = self._frame = round(tall * large), round(wide * large)
+        self.plot.update(frame_height=frame[0], frame_width=frame[1])
         self.strip.side = round(side)
         for key, layers in self._layers.items():
             for layer in layers:
@@ -475,6 +444,8 @@ class MapsView:
         self._scales[HEIGHTS], self._mean = height_scale(surface)
         if before is None or (before.size, before.shape) != (surface.size, surface.shape):
             self._home = rasters.box_of(surface)
+            self._chosen = {}
+            self.crop.visible = False
             self._factor, self._unit = prefixed_window(0.0, max(surface.size))
             self.plot.xaxis.axis_label = f"x, y [{self._unit}]"
             self._arrange()
@@ -501,9 +472,37 @@ class MapsView:
             text = f"Sq {format_engineering(self._surface.Sq, 'm')}"
         self.plot.title.text = f"{name}, {text}" if text else name
 
+    def _limits(self, key: str) -> tuple[float, float]:
+        """Return the color limits of a map, chosen or computed, in the unit of its labels."""
+        (low, high, _, _), factor, _ = self._scales[key]
+        low, high = self._chosen.get(key, (low, high))
+        return low * factor, high * factor
+
     def _set_scale(self, key: str) -> None:
-        (low, high, _, _), factor, unit = self._scales[key]
-        style.set_bar(self.bars[key], low * factor, high * factor, unit)
+        self._is_scaling = True
+        style.set_bar(self.bars[key], *self._limits(key), self._scales[key].unit)
+        self._is_scaling = False
+
+    def _choose_limits(self, key: str) -> None:
+        """Adopt color limits that are dragged in the browser."""
+        if key in self._scales and not self._is_scaling:
+            mapper, factor = self.mappers[key], self._scales[key].factor
+            self._chosen[key] = mapper.low / factor, mapper.high / factor
+            self._recolor()
+
+    def _reset_view(self, event: Any) -> None:
+        """Show the whole map, or the computed color limits after a double click on their bar."""
+        if event.x <= self.x_range.end:
+            self.zoom()
+        elif self._chosen.pop(self.large, None) is not None:
+            self._show_colors()
+
+    def _show_colors(self) -> None:
+        with style.batch_changes(self.plot.document):
+            if self.large in self._scales:
+                self._set_scale(self.large)
+            self._legend()
+            self._others()
 
     def _window(self, surface: Surface) -> Window:
         return rasters.window_of(surface.shape, surface.pixel, self.seen, self._frame, _MARGIN)
@@ -605,36 +604,30 @@ class MapsView:
         self._update_scale()
 
     def _update_scale(self) -> None:
-        """Pass the map scale to the annotations of the map."""
+        """Pass the map scale to the section line."""
         dots = self._frame[1] / max(self.seen.right - self.seen.left, 1e-300)
-        view = MapScale(dots, self._factor, self._home)
-        self.section.set_scale(view)
-        self.crop.set_scale(view)
+        self.section.set_scale(MapScale(dots, self._factor, self._home))
 
     def _figure(self) -> Any:
-        cross: list[Any] = [
-            models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted", syncable=False)
-            for d in ("width", "height")
-        ]
-        plot = map_figure("", self.x_range, self.y_range, cross, styles={"flex": "none"})
+        plot = map_figure("", self.x_range, self.y_range, styles={"flex": "none"})
         plot.min_border = 0
-        plot.on_event(DoubleTap, lambda _: self.zoom())
+        plot.on_event(DoubleTap, self._reset_view)
         for bar in self.bars.values():
             plot.add_layout(bar, "right")
+        args = {"bars": list(self.bars.values()), "x_range": self.x_range, "y_range": self.y_range}
+        drag = models.CustomJS(args=args, code=read_script("color_bar"))
+        for name in ("panstart", "pan", "panend"):
+            plot.js_on_event(name, drag)
         return plot
 
-    def _draw_layers(self, key: str) -> list[Any]:
-        """Draw a map, and return its renderers and its color bar."""
-        place: dict[str, Any] = dict(
-            zip(("x", "y", "dw", "dh"), ("x", "y", "dw", "dh"), strict=True),
-            source=self.sources[key],
-        )
+    def draw_layers(self, plot: Any, key: str) -> list[Any]:
+        """Draw a map on a figure, and return its renderers."""
+        place: dict[str, Any] = {name: name for name in ("x", "y", "dw", "dh")}
+        place["source"] = self.sources[key]
         if key == TOUCH:
-            return [self.plot.image_rgba(image=TOUCH, **place)]
-        layers = [self.plot.image(image=key, color_mapper=self.mappers[key], **place)]
-        if key == GAP:
-            layers.append(self.plot.image_rgba(image="cover", **place))
-        return [*layers, self.bars[key]]
+            return [plot.image_rgba(image=TOUCH, **place)]
+        layers = [plot.image(image=key, color_mapper=self.mappers[key], **place)]
+        return [*layers, plot.image_rgba(image="cover", **place)] if key == GAP else layers
 
     def _legend(self) -> None:
         result = self._result
@@ -653,20 +646,26 @@ class MapsView:
             entries.append(
                 (MISSING, f"missing {format_percent(missing / self._surface.heights.size)}")
             )
-        if result is not None and self._scales[PRESSURE].limits.above:
+        if result is not None and self._is_beyond(result):
             entries.append((OVER, "pressure beyond the scale"))
-        lines = "".join(f"<div>{style.color_patch(*entry)}</div>" for entry in entries)
-        style.set_markup(self.legend, lines)
+        patches = (f"<div>{style.color_patch(*entry)}</div>" for entry in entries)
+        self.legend.text = "".join(patches)
 
-    def _show_cursor_values(self) -> None:
-        """Show the values at the cursor."""
-        style.set_markup(self.readout, _READOUT_HINT)
+    def _is_beyond(self, result: ContactResult) -> bool:
+        """Whether the largest pressure exceeds the upper color limit, beyond rounding."""
+        highest = self._limits(PRESSURE)[1] / self._scales[PRESSURE].factor
+        return result.max_pressure > highest * (1 + 1e-9)
+
+    def show_cursor_values(self, plot: Any) -> None:
+        """Show the values at the cursor on a figure in the readout."""
         args = {**self.sources, "div": self.readout}
         read = models.CustomJS(args=args, code=read_script("readout"))
-        leave = models.CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
-        self.plot.js_on_event("mousemove", read)
-        self.plot.js_on_event("tap", read)
-        self.plot.js_on_event("mouseleave", leave)
+        leave = models.CustomJS(
+            args={"div": self.readout, "text": _READOUT_HINT}, code="div.text = text"
+        )
+        plot.js_on_event("mousemove", read)
+        plot.js_on_event("tap", read)
+        plot.js_on_event("mouseleave", leave)
 
 
 def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
@@ -681,8 +680,12 @@ def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
     }
 
 
-def map_figure(title: str, x_range: Any, y_range: Any, cross: list[Any], **look: Any) -> Any:
+def map_figure(title: str, x_range: Any, y_range: Any, **look: Any) -> Any:
     """Return a figure of a map with pan, zoom and crosshair tools."""
+    cross: list[Any] = [
+        models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted", syncable=False)
+        for d in ("width", "height")
+    ]
     wheel = models.WheelZoomTool(zoom_on_axis=False)
     plot: Any = figure(
         x_range=x_range,
@@ -729,4 +732,3 @@ def color_mappers() -> dict[str, Any]:
 
 
 _READOUT_HINT = '<span class="quiet">Point at a map to read its values.</span>'
-_LEAVE = "div.text = text"

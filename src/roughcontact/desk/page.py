@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import secrets
 import threading
 import time
@@ -23,7 +22,6 @@ from roughcontact.desk.detail_panel import DetailPanel
 from roughcontact.desk.header import Header
 from roughcontact.desk.live_solver import Event, FailedRequest, LiveSolver, PreparedMaps, Preview
 from roughcontact.desk.maps import MapsView
-from roughcontact.desk.rasters import Box
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import Line, Session, SessionState, Value
 from roughcontact.desk.widgets import Frame, TabPanels, reload_when_broken, tell_when_lost
@@ -101,14 +99,15 @@ class Page:
         self._redo = make_button(
             "Redo", partial(self._run_action, session.redo), margin=(0, 4), align="center"
         )
+        make = self._make_job_panel
         self._views = TabPanels(
             self.view.root,
             {
-                "Analyze": self._make_analysis_panel,
-                "Joint": partial(self._make_analysis_panel, True),
-                "Compare": self._compare,
+                "Analyze": partial(make, "AnalysisPanel", self._remedy),
+                "Joint": partial(make, "AnalysisPanel", self._remedy, True),
+                "Compare": partial(make, "ComparePanel", self._run_action),
                 "3-D": self._relief,
-                "Export": self._export,
+                "Export": partial(make, "DownloadPanel"),
             },
         )
         self._answer = 0
@@ -411,27 +410,10 @@ class Page:
 
         return ReliefView(self.session, self.view.maps.bars)
 
-    def _make_analysis_panel(self, is_joint: bool = False) -> Any:
-        from roughcontact.desk import analysis_jobs
-        from roughcontact.desk.analysis_panel import AnalysisPanel
+    def _make_job_panel(self, name: str, *more: Any) -> Any:
+        from roughcontact.desk import job_panels
 
-        visit, jobs = self._visit, (self._bench, self._run, self._remedy)
-        questions = analysis_jobs.JOINTS if is_joint else analysis_jobs.ANALYSES
-        return AnalysisPanel(
-            self.session, *jobs, visit.folder, visit.offer, questions, formulas=is_joint
-        )
-
-    def _compare(self) -> Any:
-        from roughcontact.desk.analysis_panel import ComparePanel
-
-        return ComparePanel(self.session, self._bench, self._run, self._run_action)
-
-    def _export(self) -> Any:
-        from roughcontact.desk.download_panel import DownloadPanel
-
-        return DownloadPanel(
-            self.session, self._bench, self._run, self._visit.folder, self._visit.offer
-        )
+        return getattr(job_panels, name)(self.session, self._visit, self._run, *more)
 
     @property
     def _steps(self) -> tuple[inputs_panel.StepCard, ...]:
@@ -526,7 +508,6 @@ class ContactView:
     ) -> None:
         self._call_draw, self._call_keep, self._call_run = draw, keep, run
         self._surface: Surface | None = None
-        self._box: Box | None = None
         self._size = 1280, 800
         self._start = start
         self._keep = make_button("Crop to selection", self._crop_selection, visible=False)
@@ -537,7 +518,7 @@ class ContactView:
         """Linked maps."""
         created = MapsView()
         created.section.set_listener(self._call_draw)
-        created.crop.set_listener(self._boxed)
+        style.watch_changes(created.crop, ("visible",), self._boxed)
         return created
 
     @cached_property
@@ -620,15 +601,9 @@ class ContactView:
             self.detail.show_contact(None, None, None, "")
             self.root[:] = [self._start]
 
-    def _boxed(self, box: Box | None) -> None:
-        self._box = box
-        self._keep.visible = box is not None
+    def _boxed(self) -> None:
+        self._keep.visible = self.maps.crop.visible
 
     def _crop_selection(self) -> None:
-        surface, box = self._surface, self._box
-        if surface is None or box is None:
-            return
-        dy, dx = surface.pixel
-        rows = math.floor(box.top / dy + 0.5), math.floor(box.bottom / dy + 0.5)
-        columns = math.floor(box.left / dx + 0.5), math.floor(box.right / dx + 0.5)
-        self._call_keep(rows, columns)
+        if self._surface is not None:
+            self._call_keep(*self.maps.cropped)

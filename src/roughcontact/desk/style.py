@@ -8,14 +8,12 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from bokeh.layouts import gridplot
-from bokeh.models import Axis, ColorBar, Column, ColumnDataSource, FixedTicker, HoverTool
+from bokeh.models import Axis, ColorBar, Column, ColumnDataSource, Div, FixedTicker, HoverTool
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 from numpy.typing import NDArray
 from panel.io.document import hold
 from panel.io.state import state
-from panel.models import HTML
 
 from roughcontact.desk.tokens import FONT, INK, read_sheets
 from roughcontact.drawing.style import OPEN
@@ -127,28 +125,10 @@ def clear_source(*sources: Any) -> None:
         item.data = {name: [] for name in item.data}
 
 
-def figure_grid(rows: Sequence[Sequence[Any]]) -> Any:
-    """Return a grid of figures with one toolbar."""
-    created = gridplot(
-        rows,
-        merge_tools=True,
-        toolbar_location="above",
-        sizing_mode="stretch_width",
-        toolbar_options={"logo": None},
-    )
-    created.cols = "minmax(0, 1fr)"
-    return created
-
-
-def facts_below() -> Any:
-    """Return an empty markup model for a table below figures."""
-    return make_markup(sizing_mode="stretch_width", margin=(4, 8))
-
-
 def with_note(plot: Any) -> tuple[Any, Any]:
     """Return a column of a figure and a markup model, and this model."""
     plot.toolbar.autohide = True
-    note = make_markup(sizing_mode="stretch_width", margin=(0, 8, 4, 60))
+    note = make_markup(margin=(0, 8, 4, 60))
     return Column(plot, note, sizing_mode="stretch_width"), note
 
 
@@ -234,13 +214,8 @@ def color_patch(colour: str, text: str) -> str:
 
 
 def make_markup(**options: Any) -> Any:
-    """Return an empty markup model; `set_markup` sets its text."""
-    return HTML(text="", run_scripts=False, disable_math=True, stylesheets=[TEXT], **options)
-
-
-def set_markup(model: Any, text: str) -> None:
-    """Set the markup of a model."""
-    model.text = html.escape(text)
+    """Return an empty markup model."""
+    return Div(disable_math=True, stylesheets=[TEXT], sizing_mode="stretch_width", **options)
 
 
 @contextmanager

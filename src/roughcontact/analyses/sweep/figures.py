@@ -17,13 +17,15 @@ if TYPE_CHECKING:
 Line = tuple[Array, str, Any, str]
 
 
-def load_curve(curve: LoadCurve) -> Figure:
+def load_curve(curve: LoadCurve, over_pressure: bool = False) -> Figure:
     """Draw a load curve: areas, approach and mean gap, stiffness, and number of spots.
 
     Parameters
     ----------
     curve : LoadCurve
         The solved loads; of profiles, per length.
+    over_pressure : bool, optional
+        Whether the axis of maps shows the nominal pressure instead of the load.
 
     Returns
     -------
@@ -36,8 +38,11 @@ def load_curve(curve: LoadCurve) -> Figure:
     name, symbol, unit, spots = ("load", "W", "N", "spots")
     if curve.is_profile:
         name, symbol, unit, spots = ("load per length", "W′", "N/m", "segments")
-    load = curve.column("load")
-    factor, load_unit = style.prefixed(float(load.max()), unit)
+    load, size, shown = curve.column("load"), 1.0, unit
+    if over_pressure and not curve.is_profile:
+        name, size, shown = "nominal pressure", curve.nominal_area, "Pa"
+    factor, load_unit = style.prefixed(float(load.max()) / size, shown)
+    factor /= size
     _draw_areas(grid[0, 0], curve, factor)
     lengths = {
         "approach": (curve.column("approach"), style.SERIES[0], "o-"),

@@ -38,5 +38,4 @@ if (contact.data.told.length) {
 const lines = rows.map(([name, text]) =>
   `<tr><td class="quiet">${name}</td><td>${text}</td></tr>`).join("")
 const note = exact ? "one cell is one point" : `one cell is ${by} × ${bx} points (y × x)`
-const text = `<table>${lines}</table><div class="quiet">${note}</div>`
-div.text = text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;")
+div.text = `<table>${lines}</table><div class="quiet">${note}</div>`

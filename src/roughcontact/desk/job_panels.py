@@ -1,19 +1,17 @@
-"""Panels of analyses, and of the comparison of two states."""
+"""Panels of analyses, of the comparison of two states, and of files to download."""
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from pathlib import Path
 from typing import Any
 
 import panel as pn
 
 from roughcontact.analyses.estimate import fields as formulas
-from roughcontact.analyses.find.model import LoadSearch
 from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import analysis_jobs, controls, style, workers
 from roughcontact.desk.controls import (
@@ -21,26 +19,30 @@ from roughcontact.desk.controls import (
     Give,
     JobButton,
     Run,
+    caution_list,
+    copy_markup,
+    error_markup,
     escape_markup,
     make_button,
+    markup_table,
+    picture_markup,
     spell_sentence,
 )
-from roughcontact.desk.download_panel import Offer
-from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, form_of, load_text
-from roughcontact.desk.result_plots import ComparisonView, LoadCurveView
+from roughcontact.desk.load_panel import FORCE, NOMINAL, form_of, load_text
+from roughcontact.desk.saved_page import save_page
+from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import Session, SessionState, Value
 from roughcontact.desk.widgets import TabPanel
 from roughcontact.errors import RoughcontactError
+from roughcontact.report import python_script
 from roughcontact.report.kind import rows_of
 from roughcontact.request.options import Option
+from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 # Significant digits of a found load.
 _DIGITS = 7
-
-
-_NO_ESTIMATE_HTML = '<p class="quiet">No estimate: the formulas apply to flat contact only.</p>'
 
 
 class Answer:
@@ -51,9 +53,10 @@ class Answer:
         self._key: object = None
 
     def show_parts(self, parts: Sequence[Any], key: object = None) -> None:
-        """Show views of the result of the requests with a key, or nothing."""
+        """Show views or markup of the result of the requests with a key, or nothing."""
         self._key = key
-        self.root.param.update(objects=list(parts), styles=style.NEW)
+        views = [pn.pane.HTML(p, **style.WIDE) if isinstance(p, str) else p for p in parts]
+        self.root.param.update(objects=views, styles=style.NEW)
 
     def compare_key(self, key: object) -> None:
         """Gray the views if the key of the present requests is another one."""
@@ -71,25 +74,16 @@ def request_key(requests: Iterable[Request]) -> object:
 class AnalysisPanel(TabPanel):
     """Selector of analyses, options of the selected one, and its result.
 
-    ``offer(path)`` returns the address of a file of the result in ``folder``. With ``formulas``,
-    estimates of the current contact by formula are shown, too.
+    Analyses of joints are shown with estimates of the current contact by formula.
     """
 
     def __init__(
-        self,
-        session: Session,
-        bench: workers.WorkerPool,
-        run: Run,
-        give: Give,
-        folder: Path,
-        offer: Offer,
-        questions: Iterable[tuple[Task, Analysis]],
-        formulas: bool = False,
+        self, session: Session, visit: PageVisit, run: Run, give: Give, is_joint: bool = False
     ) -> None:
-        self._session, self._give = session, give
-        self._folder, self._offer, self._run_count = folder, offer, 0
+        self._session, self._give, self._visit, self._run_count = session, give, visit, 0
         self._forms = {
-            question.name: OptionsForm(task, question, self.refresh) for task, question in questions
+            question.name: OptionsForm(task, question, self.refresh)
+            for task, question in (analysis_jobs.JOINTS if is_joint else analysis_jobs.ANALYSES)
         }
         self._answers = {name: Answer() for name in self._forms}
         names = list(self._forms)
@@ -97,10 +91,9 @@ class AnalysisPanel(TabPanel):
             label="Question", options=names, value=names[0], **style.CONTROL
         )
         self._form = pn.Column(**style.BLOCK)
-        self._working = JobButton(bench, run, "Start", self._started, session)
-        self._formulas = pn.pane.HTML("", visible=formulas, **style.WIDE)
+        self._working = JobButton(visit.workers, run, "Start", self._started, session)
+        self._formulas = pn.pane.HTML("", visible=is_joint, **style.WIDE)
         self._answer = pn.Column(**style.HIGH)
-        self._curve: LoadCurveView | None = None
         self._choice.param.watch(self._handle_selection, "value")
         self.root = pn.Row(
             pn.Column(
@@ -136,6 +129,7 @@ class AnalysisPanel(TabPanel):
             analysis_jobs.run_analysis,
             lambda result: self._show_outcome(result, name, request),
             written,
+            form_of(self._session.state.specified) is NOMINAL,
         )
 
     def _with_files(self, request: Request) -> Request:
@@ -145,7 +139,7 @@ class AnalysisPanel(TabPanel):
         self._run_count += 1
         output = next(item for item in request.task.options if item.suffixes)
         paths = [
-            str(self._folder / f"{request.task.name}-{self._run_count}{suffix}")
+            str(self._visit.folder / f"{request.task.name}-{self._run_count}{suffix}")
             for suffix in (output.suffixes if output.many else output.suffixes[:1])
         ]
         specified = {**request.specified, output.name: paths if output.many else paths[0]}
@@ -160,64 +154,58 @@ class AnalysisPanel(TabPanel):
         self.refresh()
 
     def refresh(self) -> None:
-        """Gray an outdated result, and mark the current load in the load curve."""
+        """Gray an outdated result, or show the command of an analysis without a result."""
         name, outcome = self._choice.value, self._session.outcome
         contact = None if outcome is None else outcome.contact
         if self._formulas.visible:
             rows = [] if contact is None else rows_of(formulas.BY_FORMULA, contact)
-            text = controls.markup_table((row.title, row.text) for row in rows)
-            self._formulas.object = text if rows else _NO_ESTIMATE_HTML
+            text = markup_table((row.title, row.text) for row in rows)
+            none = '<p class="quiet">No estimate: the formulas apply to flat contact only.</p>'
+            self._formulas.object = text if rows else none
         if self._forms[name].is_command:
             self._answers[name].show_parts([self._show_command(name)])
-            return
-        self._answers[name].compare_key(request_key(map(self._request, [name])))
-        if self._curve is not None and contact is not None:
-            self._curve.mark(contact.load)
+        else:
+            self._answers[name].compare_key(request_key(map(self._request, [name])))
 
-    def _show_command(self, name: str) -> Any:
+    def _show_command(self, name: str) -> str:
         try:
-            text = controls.copy_markup("Command", self._request(name).command)
+            return copy_markup("Command", self._request(name).command)
         except RoughcontactError as error:
             words = controls.error_text(error, self._forms[name].task)
-            text = controls.error_markup(self._session.state.with_user_names(words))
-        return pn.pane.HTML(text, **style.WIDE)
+            return error_markup(self._session.state.with_user_names(words))
 
     def _make_views(self, result: analysis_jobs.AnalysisOutcome, request: Request) -> list[Any]:
         """Return the views of a result."""
-        texts = [f"<h2>{escape_markup(result.lead)}</h2>", controls.caution_list(result.cautions)]
+        above = f"<h2>{escape_markup(result.lead)}</h2>{caution_list(result.cautions)}"
         if not result.outcome.converged:
-            texts.insert(0, controls.error_markup(spell_sentence(result.outcome.shortfall)))
-        form = form_of(self._session.state.specified)
-        answers = result.result.answers if isinstance(result.result, LoadSearch) else ()
-        uses = [self._use(item.result, form) for item in answers]
-        figures = "".join(map(controls.picture_markup, result.figures))
-        views: list[Any] = [pn.pane.HTML(figures, **style.WIDE)]
-        if isinstance(result.result, LoadCurve):
-            self._curve = curve = LoadCurveView(form is NOMINAL)
-            curve.show_result(result.result)
-            views = [pn.pane.Bokeh(curve.root, **style.BLOCK)]
-        below = [controls.markup_table(result.facts)]
-        if result.steps and not isinstance(result.result, LoadCurve):
-            below.insert(0, controls.markup_table(result.steps, result.heads))
+            above = error_markup(spell_sentence(result.outcome.shortfall)) + above
+        # A load search offers its loads.
+        uses = [self._use(item.result) for item in getattr(result.result, "answers", ())]
+        below = "".join(map(picture_markup, result.figures))
+        if result.steps:
+            below += markup_table(result.steps, result.heads)
+        below += markup_table(result.facts)
         if result.outcome.written:
-            links = ", ".join(
-                f'<a href="{escape_markup(self._offer(path))}" download>'
-                f"{escape_markup(path.name)}</a>"
-                for path in result.outcome.written
+            below += "".join(f"<p>{escape_markup(sentence)}</p>" for sentence in result.sentences)
+            links = (
+                link_markup(self._visit.offer(path), path.name) for path in result.outcome.written
             )
-            below += [f"<p>{escape_markup(sentence)}</p>" for sentence in result.sentences]
-            below.append(f"<p>Files: {links}</p>")
-        below.append(controls.copy_markup("Command", request.command))
-        above, last = (pn.pane.HTML("".join(text), **style.WIDE) for text in (texts, below))
-        return [above, *uses, *views, last]
+            below += f"<p>Files: {', '.join(links)}</p>"
+        return [above, *uses, below + copy_markup("Command", request.command)]
 
-    def _use(self, contact: ContactResult, form: LoadForm) -> Any:
+    def _use(self, contact: ContactResult) -> Any:
         """Return a button that sets the load to a found load, in the form of the current load."""
+        form = form_of(self._session.state.specified)
         text = load_text(contact, form, _DIGITS)
         if text is None:
             form = FORCE
             text = str(load_text(contact, form, _DIGITS))
         return make_button(f"Use {text} as the load", lambda: self._give(form.option, text))
+
+
+def link_markup(address: str, name: str) -> str:
+    """Return a link to download a file as markup."""
+    return f'<a href="{escape_markup(address)}" download>{escape_markup(name)}</a>'
 
 
 class OptionsForm:
@@ -275,18 +263,14 @@ class ComparePanel(TabPanel):
     """States A and B, their differences, and both contacts compared; one of them is current."""
 
     def __init__(
-        self,
-        session: Session,
-        bench: workers.WorkerPool,
-        run: Run,
-        do: Callable[[Callable[[], None]], None],
+        self, session: Session, visit: PageVisit, run: Run, do: Callable[[Callable[[], None]], None]
     ) -> None:
         self._session = session
         self._pin = make_button("Keep this state as A", lambda: do(session.pin))
         self._swap = make_button("Go to A", lambda: do(session.swap_pinned))
         self._unpin = make_button("Remove A", lambda: do(session.unpin))
         self._differences = pn.pane.HTML("", **style.WIDE)
-        self._working = JobButton(bench, run, "Compare", self._started, session)
+        self._working = JobButton(visit.workers, run, "Compare", self._started, session)
         self._answer = Answer()
         self.root = pn.Column(
             pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
@@ -315,7 +299,7 @@ class ComparePanel(TabPanel):
         ]
         heads = ("what differs", *(f"{n}, shown" if n == current else n for n in _NAMES))
         same = "<p>A and B are the same so far.</p>"
-        self._differences.object = controls.markup_table(rows, heads) if rows else same
+        self._differences.object = markup_table(rows, heads) if rows else same
 
     def _states(self) -> tuple[SessionState, ...]:
         """Return A and B; nothing if no state is kept."""
@@ -345,22 +329,81 @@ class ComparePanel(TabPanel):
         )
 
     def _show_comparison(self, result: analysis_jobs.ContactComparison, key: object) -> None:
+        table = markup_table(result.rows, ("", *_NAMES, "A − B", "in percent of B"))
         cautions = "".join(
-            f"<h2>Cautions of {name}</h2>{controls.caution_list(text)}"
+            f"<h2>Cautions of {name}</h2>{caution_list(text)}"
             for name, text in zip(_NAMES, result.cautions, strict=True)
         )
-        maps = ComparisonView(_NAMES)
-        maps.show_contacts(result.contacts)
-        parts: list[Any] = [
-            pn.pane.HTML(
-                controls.markup_table(result.rows, ("", *_NAMES, "A − B", "in percent of B")),
-                **style.WIDE,
-            ),
-            pn.pane.Bokeh(maps.root, **style.BLOCK),
-            pn.pane.HTML(cautions, **style.WIDE),
-        ]
-        self._answer.show_parts(parts, key)
+        self._answer.show_parts([table + picture_markup(result.figure) + cautions], key)
 
 
 def _cell_text(value: str | bool | None) -> str:
     return "–" if value is None else "yes" if value is True else str(value)
+
+
+# --- Downloads: files of the contact, its command, script and project file ---
+
+
+_PAGE, _REPORT = "page with maps (.html)", "report (.html)"
+_FILES = (_PAGE, _REPORT, "result (.nc)", "result (.csv)")
+_STEM = "contact"
+
+
+class DownloadPanel(TabPanel):
+    """Files to create, and the contact as command, script and project file."""
+
+    def __init__(self, session: Session, visit: PageVisit, run: Run) -> None:
+        self._session, self._visit = session, visit
+        self._downloads: list[str] = []
+        self._kind = pn.widgets.Select(label="File", options=list(_FILES), **style.CONTROL)
+        self._kind.param.watch(self._handle_selection, "value")
+        self._working = JobButton(visit.workers, run, "Save page", self._started, session)
+        self._links = pn.pane.HTML("", **style.WIDE)
+        self._words = pn.pane.HTML("", **style.WIDE)
+        self.root = pn.Row(
+            pn.Column(self._kind, self._working.root, self._links, width=300, margin=(8, 16, 0, 0)),
+            pn.Column(self._words, sizing_mode="stretch_both", margin=(8, 0)),
+            sizing_mode="stretch_both",
+        )
+
+    def refresh(self) -> None:
+        """Show the command, the script and the project file that reproduce the contact."""
+        state, outcome = self._session.state, self._session.outcome
+        texts = {"Project file, for roughcontact run": state.portable_script}
+        if outcome is not None and outcome.contact is not None:
+            texts = {"Python": python_script.script_of_result(outcome.contact), **texts}
+        if not state.missing:
+            with contextlib.suppress(RoughcontactError):
+                texts = {"Command": self._session.request.command, **texts}
+        self._words.object = "".join(copy_markup(*item) for item in texts.items())
+
+    def _handle_selection(self, event: Any) -> None:
+        self._working.name(f"Save {event.new.partition(' ')[0]}")
+
+    def _started(self) -> None:
+        kind = self._kind.value
+        suffix = kind[kind.index("(") + 1 : -1]
+        # A number in the name: later downloads do not change an offered file.
+        path = self._visit.folder / f"{_STEM}-{len(self._downloads) + 1}{suffix}"
+        name = "report" if kind == _REPORT else "output"
+        wanted = {} if kind == _PAGE else {name: str(path)}
+        try:
+            request = self._session.state.request(**wanted)
+        except RoughcontactError as error:
+            self._working.refuse_error(error)
+            return
+        if kind == _PAGE:
+            self._working.start_job(save_page, self._show_outcome, request, path)
+        else:
+            self._working.start_job(workers.run_request, self._show_outcome, request)
+
+    def _show_outcome(self, outcome: Outcome) -> None:
+        if outcome.failure is not None:
+            self._working.refuse_error(outcome.failure)
+        elif not outcome.converged:
+            self._working.show_refusal(spell_sentence(outcome.shortfall))
+        for path in outcome.written:
+            text = f"{path.name} ({path.stat().st_size / 1e6:.1f} MB)"
+            self._downloads.append(f"<p>{link_markup(self._visit.offer(path), text)}</p>")
+        if self._downloads:
+            self._links.object = f"<h2>Ready</h2>{''.join(self._downloads)}"

@@ -3,6 +3,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ import roughcontact as rc
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 from roughcontact.desk.analysis_jobs import ANALYSES, JOINTS
-from roughcontact.desk.analysis_panel import AnalysisPanel
+from roughcontact.desk.job_panels import AnalysisPanel
 from roughcontact.desk.session import Session
 from roughcontact.desk.workers import WorkerPool
 
@@ -40,15 +42,11 @@ class Seat:
         self.session.give_all({**GIVEN, **more})
         assert self.session.wait(PATIENCE)
         (folder / "made").mkdir()
+        visit: Any = SimpleNamespace(
+            workers=bench, folder=folder / "made", offer=lambda path: f"at/{path.name}"
+        )
         self.joint = AnalysisPanel(
-            self.session,
-            bench,
-            self.waiting.append,
-            self.session.set_option,
-            folder / "made",
-            lambda path: f"at/{path.name}",
-            JOINTS,
-            formulas=True,
+            self.session, visit, self.waiting.append, self.session.set_option, is_joint=True
         )
 
     def start(self, name: str) -> None:
