@@ -1,6 +1,8 @@
-"""Spots and spectrum on the page hold the numbers of what they show."""
+"""Spots, spectrum and texture on the page hold the numbers of what they show."""
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 import pytest
@@ -9,8 +11,7 @@ import roughcontact as rc
 
 pytest.importorskip("panel")
 
-
-from roughcontact.desk.detail_panel import SpectrumPlot, SpotTable, box_around, list_spots
+from roughcontact.desk import detail_panel
 from roughcontact.surface.roughness import radial_spectrum
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -26,54 +27,41 @@ def result(surface):
     return rc.solve(surface, load=1.0, material=STEEL, boundary="periodic")
 
 
-def test_spectrum_matches_surface_or_states_requirement(surface):
-    shown = SpectrumPlot()
-    shown.show_surface(surface)
+def test_spectrum_matches_surface(surface):
+    (axes,) = detail_panel.draw_spectrum(surface).axes
     q, power, _ = radial_spectrum(surface.heights, surface.pixel)
-    np.testing.assert_array_equal(shown.source.data["q"], q)
-    np.testing.assert_array_equal(shown.source.data["C"], power)
+    drawn = axes.lines[0].get_xydata()
+    np.testing.assert_array_equal(drawn, np.column_stack([q, power])[power > 0])
+
+
+@pytest.mark.long
+def test_texture_of_a_map_with_missing_points_states_what_the_spectrum_needs(surface):
     heights = surface.heights.copy()
     heights[3, 4] = np.nan
-    shown.show_surface(rc.Surface(heights, surface.pixel))
-    assert len(shown.source.data["q"]) == 0
-    assert "fill them" in shown.note.text
+    text = detail_panel.surface_texture(rc.Surface(heights, surface.pixel))
+    assert "without missing points" in text
+    assert text.count('<img class="figure"') == 1
+
+
+def cells_of(text: str) -> list[list[str]]:
+    rows = re.findall("<tr>(.*?)</tr>", text)
+    return [re.findall("<t[hd]>(.*?)</t[hd]>", row) for row in rows]
 
 
 def test_the_table_of_spots_has_their_numbers(result):
-    spots, found = result.spots(), list_spots(result)
-    np.testing.assert_array_equal(found.area, spots.area)
-    np.testing.assert_array_equal(found.load, spots.load)
-    for number in (0, spots.count // 2, spots.count - 1):
+    spots = result.spots()
+    heads, *rows = cells_of(detail_panel.spot_table(result))
+    assert heads[1:3] == ["area [µm²]", "load [mN]"]
+    assert len(rows) == min(spots.count, 100)
+    for number in (0, len(rows) // 2, len(rows) - 1):
+        first, *values = rows[number]
+        area, load, peak, saturated, y, x = map(float, values)
+        assert first == str(number + 1)
+        assert area == pytest.approx(1e12 * spots.area[number], rel=1e-3)
+        assert load == pytest.approx(1e3 * spots.load[number], rel=1e-3)
         mask = spots.label == number + 1
-        row, column = int(found.y[number] / 2e-6), int(found.x[number] / 1e-6)
+        row, column = int(y / 2), int(x)
         assert mask[row, column]
-        assert result.pressure[row, column] == found.peak[number]
-        assert found.saturated[number] == pytest.approx(result.saturated[mask].mean())
-    assert list_spots(result, 3).area.size == 3
-
-
-def test_choosing_a_row_shows_its_spot(result):
-    shown, told = SpotTable(), []
-    shown.set_spot_listener(told.append)
-    shown.show_result(result)
-    shown.source.selected.indices = [2]
-    found = list_spots(result)
-    assert told[-1] == box_around(result, 2)
-    assert told[-1].top < found.y[2] < told[-1].bottom
-    assert told[-1].left < found.x[2] < told[-1].right
-    areas = shown.source.data["area"]
-    np.testing.assert_allclose(areas, found.area * 1e12, rtol=1e-3)
-    shown.clear()
-    assert len(told) == 1
-
-
-def test_a_spot_across_an_edge_is_shown_at_its_peak():
-    heights = np.full((16, 16), -1e-6)
-    heights[4:7, [0, 15]] = 0
-    heights[5, 0] = 1e-8
-    flat = rc.Surface(heights, (1e-6, 1e-6))
-    result = rc.solve(flat, load=0.05, material=rc.Material(210e9, 0.3), boundary="periodic")
-    assert result.spots().count == 1
-    box = box_around(result, 0)
-    assert (box.left + box.right) / 2 == pytest.approx(list_spots(result).x[0])
-    assert box.right - box.left < 30e-6
+        assert result.pressure[row, column] == spots.peak[number]
+        assert peak == pytest.approx(1e-9 * spots.peak[number], rel=1e-3)
+        assert saturated == pytest.approx(100 * result.saturated[mask].mean(), rel=1e-3)

@@ -509,6 +509,11 @@ def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[in
         seat.turn(tab)
         page.wait_for_timeout(500)
         assert page.evaluate(_SCROLLING) == [], tab
+    # No tab below or beside the maps is covered.
+    for name, shown in (("Contact spots", "contact spot"), ("Results", "converged, cert")):
+        page.get_by_role("tab", name=name).click(timeout=10_000)
+        page.get_by_text(shown).first.wait_for()
+    page.get_by_role("tab", name="2 Pressure").scroll_into_view_if_needed()
     # The large map and its thumbnails are all within the window.
     page.wait_for_function(
         """(size) => [...Bokeh.documents[0]._all_models.values()]

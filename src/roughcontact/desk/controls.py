@@ -13,7 +13,7 @@ import panel as pn
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.desk import style, workers
-from roughcontact.desk.session import LOADS, Session, Value
+from roughcontact.desk.session import LOADS, PAGE, Session, Value
 from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, render_message
 from roughcontact.report import phrases
 from roughcontact.request import options
@@ -21,24 +21,12 @@ from roughcontact.request.options import Option
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Task
 
-MAP_OPTIONS = ("channel", "unit", "size", "override-size", "no-data", "format")
-PREPARATION_OPTIONS = tuple(option.name for option in (*options.PREPARATION, options.TIP_RADIUS))
-VALUE_OPTIONS = (
-    "young",
-    "poisson",
-    "yield-strength",
-    "counter-young",
-    "counter-poisson",
-    "counter-yield-strength",
-    "coating",
-    "counter-coating",
-)
-FORM_OPTIONS = ("body", "counter-body", "align", "offset", "angle", "mirror")
-SOLVER_OPTIONS = ("load-point", "tolerance", "max-iterations", "precision")
-SHOWN_OPTIONS = {
-    *("points", "material", "counter-material", "boundary", "ceiling", *LOADS),
-    *(*MAP_OPTIONS, *PREPARATION_OPTIONS, *VALUE_OPTIONS, *FORM_OPTIONS, *SOLVER_OPTIONS),
+GROUPS: dict[str, list[str]] = {
+    **PAGE["groups"],
+    "preparation": [option.name for option in (*options.PREPARATION, options.TIP_RADIUS)],
 }
+"""Names of options by group."""
+SHOWN_OPTIONS = {*LOADS, *(name for group in GROUPS.values() for name in group)}
 """Options of the contact that have a control on the page."""
 
 _MAPS = {"file": "the map", "counter_surface": "map of the counter-body"}
@@ -130,7 +118,7 @@ class Control:
         self.name, self._give, self._task = name, give, task
         option = task.by_name[name]
         # Without a default, or with an empty choice for it, the control starts empty.
-        requested = option.default is None or "" in (choices or {}).values()
+        requested = option.default is None or "" in (choices or {})
         plain = isinstance(option.default, (str, int, float))
         self._default = option.text(option.default) if plain and not requested else ""
         self.widget = _widget(option, choices)
@@ -160,16 +148,12 @@ class Control:
             self.widget.options = list(texts)
 
     def offer(self, choices: Mapping[str, str]) -> None:
-        """Set the choices, values by label; the selected value is kept."""
+        """Set the choices, labels by value; the selected value is kept."""
         specified = self.widget.value
-        kept = {
-            shown_text: text
-            for shown_text, text in self.widget.options.items()
-            if text == specified
-        }
+        kept = {label: value for label, value in self.widget.options.items() if value == specified}
         self._silent = True
         try:
-            self.widget.options = {**kept, **choices}
+            self.widget.options = {**kept, **_by_label(choices)}
             self.widget.value = specified
         finally:
             self._silent = False
@@ -199,7 +183,7 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
         # A single checkbox of Bokeh has no name for screen readers.
         return pn.widgets.CheckBoxGroup(options=[option.label], **style.CONTROL)
     if choices is not None:
-        return pn.widgets.Select(options=dict(choices), **about)
+        return pn.widgets.Select(options=_by_label(choices), **about)
     if known := option.parse.known:
         default = [] if option.default is not None else [""]
         return pn.widgets.Select(options=[*default, *map(str, known)], **about)
@@ -212,6 +196,10 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
             **about,
         )
     return pn.widgets.TextInput(placeholder=option.metavar.lower(), **about)
+
+
+def _by_label(choices: Mapping[str, str]) -> dict[str, str]:
+    return {label: value for value, label in choices.items()}
 
 
 def make_button(text: str, done: Callable[[], None], primary: bool = False, **more: Any) -> Any:

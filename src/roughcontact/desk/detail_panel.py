@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from roughcontact._tools.arrays import Array
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Run
-from roughcontact.desk.rasters import Box, is_drawn_alike
+from roughcontact.desk.rasters import is_drawn_alike
 from roughcontact.desk.session import Line
 from roughcontact.desk.widgets import Tabs
 from roughcontact.drawing.export import png
@@ -29,6 +28,9 @@ from roughcontact.drawing.style import (
     SATURATED,
     SERIES,
     doubt_suffix,
+    log_scale,
+    panels,
+    plain_axes,
     prefixed,
     prefixed_area,
     prefixed_window,
@@ -38,48 +40,7 @@ from roughcontact.report import inputs
 from roughcontact.report.kind import rows_of
 from roughcontact.surface.roughness import radial_spectrum
 from roughcontact.surface.surface import Surface
-from roughcontact.units import count_noun, format_engineering, format_lengths
-
-
-class SpectrumPlot:
-    """Radially averaged power spectral density of a surface."""
-
-    def __init__(self) -> None:
-        self.source: Any = style.empty_source("q", "C", "wavelength")
-        self.plot: Any = style.make_chart("Power spectrum", x_axis_type="log", y_axis_type="log")
-        self.plot.xaxis.axis_label = "wave number q [rad/m]"
-        self.plot.yaxis.axis_label = "C(q), mean of all directions [m⁴]"
-        drawn = self.plot.line("q", "C", source=self.source, line_color=SERIES[0], line_width=1.6)
-        self.root, self.note = style.with_note(self.plot)
-        self._hover = style.add_hover(
-            self.plot, drawn, [("wavelength", "wavelength"), ("q", "q"), ("C", "C")]
-        )
-
-    def clear(self) -> None:
-        """Clear the plot."""
-        style.clear_source(self.source)
-        self.note.text = ""
-
-    def show_surface(self, surface: Surface) -> None:
-        """Show the spectrum of a map; profiles and missing points give a note instead."""
-        if surface.missing or surface.is_profile:
-            self.clear()
-            what = "a map" if surface.is_profile else "a map without missing points: fill them"
-            self.note.text = f"The spectrum needs {what}."
-            return
-        q, power, _ = radial_spectrum(surface.heights, surface.pixel)
-        there = power > 0
-        factor, unit = prefixed(float(2 * np.pi / q.min()), "m")
-        with style.batch_changes(self.plot.document):
-            self.source.data = {
-                "q": q[there],
-                "C": power[there],
-                "wavelength": 2 * np.pi / q[there] * factor,
-            }
-            finest = np.pi / max(surface.pixel)
-            self.note.text = f"Beyond {finest:.3g} rad/m only the corners of the grid contribute."
-            style.hover_units(self._hover, [unit, "rad/m", "m⁴"])
-
+from roughcontact.units import count_noun, format_engineering, format_lengths, plain_decimal
 
 # --- Section of a contact along a line: both bodies under load, gap and pressure ---
 
@@ -158,9 +119,54 @@ class SectionPlot:
         self.source: Any = style.empty_source(*columns)
         self.bars: Any = style.empty_source("left", "right", "top", "colour")
         self.along: Any = models.Range1d(start=0, end=1)
-        self.heights, self.pressure = _plots(self.along, self.source, self.bars)
+        self.heights, self.pressure = self._make_plot(150), self._make_plot(104)
+        self.pressure.toolbar_location = None
+        where = {"x": "place", "source": self.source}
+        flowing = "overlap that flows plastically (saturated)"
+        for lower, upper, color, label in (
+            ("lower", "open", "#dcebf5", "gap"),
+            ("flows", "lower", SATURATED, flowing),
+        ):
+            self.heights.varea(y1=lower, y2=upper, color=color, legend_label=label, **where)
+        for column, color, label in (
+            ("upper", NEUTRAL, "counter-body"),
+            ("lower", SERIES[0], "body"),
+        ):
+            drawn = self.heights.line(
+                y=column, line_color=color, line_width=1.5, legend_label=label, **where
+            )
+        self.heights.add_layout(self.heights.legend[0], "above")
+        self._hover: Any = models.HoverTool(
+            renderers=[drawn],
+            mode="vline",
+            formatters={f"@{column}": "printf" for column, _ in _HOVER},
+        )
+        self.heights.add_tools(self._hover)
+        self.pressure.quad(
+            left="left",
+            right="right",
+            top="top",
+            bottom=0,
+            color="colour",
+            line_color=None,
+            source=self.bars,
+        )
         self.root: Any = models.Column(self.heights, self.pressure, sizing_mode="stretch_width")
         self.clear()
+
+    def _make_plot(self, height: int) -> Any:
+        plot: Any = figure(
+            x_range=self.along,
+            y_range=models.Range1d(0, 1),
+            height=height,
+            sizing_mode="stretch_width",
+            tools="xpan,xwheel_zoom,xbox_zoom,reset",
+            background_fill_color=None,
+            min_border_left=64,
+            min_border_right=8,
+        )
+        plot.yaxis.ticker.desired_num_ticks = 3
+        return plot
 
     def clear(self) -> None:
         """Clear both plots."""
@@ -223,9 +229,11 @@ class SectionPlot:
         self.heights.yaxis.axis_label = f"height [{height_unit}]"
         self.pressure.yaxis.axis_label = f"pressure [{pressure_unit}]"
         self.pressure.xaxis.axis_label = f"along the line from A to B [{unit}]"
-        style.hover_units(
-            self.heights.hover[0], [unit, height_unit, height_unit, height_unit, pressure_unit]
-        )
+        units = (unit, height_unit, height_unit, height_unit, pressure_unit)
+        self._hover.tooltips = [
+            (name, f"@{column}{{%0.4g}} {unit}")
+            for (column, name), unit in zip(_HOVER, units, strict=True)
+        ]
         share = float(np.count_nonzero(touching)) / touching.size
         self.pressure.title.text = (
             f"Pressure, largest {format_engineering(largest, 'Pa')}, {100 * share:.3g} % of the "
@@ -245,227 +253,59 @@ class SectionPlot:
         self.heights.title.text = f"Section {ends}{nearest}"
 
 
-def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
-    """Return the plots of heights and of pressure."""
-    tools = "xpan,xwheel_zoom,xbox_zoom,reset"
-    heights: Any = figure(
-        x_range=along,
-        y_range=models.Range1d(0, 1),
-        height=150,
-        sizing_mode="stretch_width",
-        tools=tools,
-        title="Section",
-        min_border_left=64,
-        min_border_right=8,
-    )
-    heights.varea("place", "lower", "open", source=source, color="#dcebf5", legend_label="gap")
-    heights.varea(
-        "place",
-        "flows",
-        "lower",
-        source=source,
-        color=SATURATED,
-        legend_label="overlap that flows plastically (saturated)",
-    )
-    heights.line(
-        "place", "upper", source=source, color=NEUTRAL, line_width=1.4, legend_label="counter-body"
-    )
-    lower = heights.line(
-        "place", "lower", source=source, color=SERIES[0], line_width=1.6, legend_label="body"
-    )
-    text = ("along the line", "place"), ("body", "lower"), ("counter-body", "upper")
-    style.add_hover(
-        heights, lower, (*text, ("gap", "gap"), ("pressure", "pressure"))
-    ).mode = "vline"
-    pressure: Any = figure(
-        x_range=along,
-        y_range=models.Range1d(0, 1),
-        height=104,
-        sizing_mode="stretch_width",
-        tools=tools,
-        title="",
-        toolbar_location=None,
-        min_border_left=64,
-        min_border_right=8,
-    )
-    pressure.quad(
-        left="left",
-        right="right",
-        top="top",
-        bottom=0,
-        color="colour",
-        line_color=None,
-        source=bars,
-    )
-    for plot in (heights, pressure):
-        style.apply_style(plot)
-        plot.yaxis.ticker.desired_num_ticks = 3
-    style.quiet_legend(heights)
-    return heights, pressure
+_HOVER = (
+    ("place", "along the line"),
+    ("lower", "body"),
+    ("upper", "counter-body"),
+    ("gap", "gap"),
+    ("pressure", "pressure"),
+)
+"""Columns of the values at the cursor, and their names."""
 
 
-# --- Sortable table of contact spots; a selected row zooms to its spot ---
+# --- Table of the largest contact spots ---
 
 
-# Maximum number of rows: the largest spots are listed.
-_SPOTS_MOST = 1000
-# The window of a spot has _AROUND + 0.5 times its size, and at least _FEWEST points.
-_AROUND, _FEWEST = 1.5, 24
+_MAX_SPOTS = 100
 
 
-class SpotRows(NamedTuple):
-    """Largest spots of a contact [SI]; y and x are those of the maximum pressure."""
-
-    area: NDArray[np.float64]
-    load: NDArray[np.float64]
-    peak: NDArray[np.float64]
-    saturated: NDArray[np.float64]
-    y: NDArray[np.float64]
-    x: NDArray[np.float64]
-
-
-def list_spots(result: ContactResult, maximum: int = _SPOTS_MOST) -> SpotRows:
-    """Return the largest contact spots of a result, the largest first."""
+def spot_table(result: ContactResult) -> str:
+    """Return the largest contact spots, each with the place of its peak, as markup."""
     spots = result.spots()
-    count = min(spots.count, maximum)
-    inside = np.flatnonzero(spots.label)
+    count = min(spots.count, _MAX_SPOTS)
+    inside = np.flatnonzero((spots.label > 0) & (spots.label <= count))
     label = spots.label.ravel()[inside] - 1
-    pressure = result.pressure.ravel()[inside]
     # The last point of a spot is assigned: the one of the largest pressure.
-    order = np.argsort(pressure, kind="stable")
-    place = np.zeros(spots.count, np.intp)
+    order = np.argsort(result.pressure.ravel()[inside], kind="stable")
+    place = np.zeros(count, np.intp)
     place[label[order]] = inside[order]
-    rows, columns = np.divmod(place[:count], result.pressure.shape[1])
-    pixels = np.bincount(label, minlength=spots.count)
-    full = np.bincount(label, result.saturated.ravel()[inside], spots.count)
+    rows, columns = np.divmod(place, result.pressure.shape[1])
+    saturated = np.bincount(label, result.saturated.ravel()[inside], count) / np.bincount(label)
     dy, dx = result.surface.pixel
-    return SpotRows(
-        spots.area[:count],
-        spots.load[:count],
-        spots.peak[:count],
-        (full / np.maximum(pixels, 1))[:count],
-        (rows + 0.5) * dy,
-        (columns + 0.5) * dx,
-    )
+    window = prefixed_window(0.0, max(result.surface.size))
 
-
-def box_around(result: ContactResult, number: int) -> Box:
-    """Return the box around a spot and its surroundings [m], by its row in the table."""
-    mask = result.spots().label == number + 1
-    place = np.unravel_index(np.argmax(np.where(mask, result.pressure, -1.0)), mask.shape)
-    edges = []
-    for axis in (0, 1):
-        along = np.flatnonzero(mask.any(axis=1 - axis))
-        # A spot across a periodic edge has two parts: the one with the maximum pressure is shown.
-        parts = np.split(along, np.flatnonzero(np.diff(along) > 1) + 1)
-        part = next(item for item in parts if place[axis] in item)
-        middle = (part[0] + part[-1] + 1) / 2
-        half = max((_AROUND + 0.5) * (part[-1] + 1 - part[0]), _FEWEST) / 2
-        edges.append(
-            (
-                (middle - half) * result.surface.pixel[axis],
-                (middle + half) * result.surface.pixel[axis],
-            )
-        )
-    (top, bottom), (left, right) = edges
-    return Box(top, left, bottom, right)
-
-
-class SpotTable:
-    """Table of the largest contact spots."""
-
-    def __init__(self) -> None:
-        self._result: ContactResult | None = None
-        self._call: Callable[[Box], None] | None = None
-        self.source: Any = style.empty_source("number", *_NAMES)
-        self.columns = {
-            name: models.TableColumn(
-                field=name, title=title, formatter=models.NumberFormatter(format="0.[000000]")
-            )
-            for name, title in (("number", "spot"), *_NAMES.items())
-        }
-        self.columns["number"].formatter = models.NumberFormatter(format="0")
-        self.columns["number"].width = 40
-        self.table: Any = models.DataTable(
-            source=self.source,
-            columns=list(self.columns.values()),
-            index_position=None,
-            sortable=True,
-            reorderable=False,
-            selectable=True,
-            height=300,
-            sizing_mode="stretch_width",
-            autosize_mode="force_fit",
-            stylesheets=[style.CSS["GRID"]],
-        )
-        self.note: Any = style.make_markup()
-        self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")
-        self.source.selected.on_change("indices", self._handle_selection)
-
-    def set_spot_listener(self, call: Callable[[Box], None]) -> None:
-        """Register ``call(box)`` for the box [m] around a selected spot."""
-        self._call = call
-
-    def clear(self) -> None:
-        """Clear the table."""
-        self._result = None
-        style.clear_source(self.source)
-        self.note.text = ""
-
-    def show_result(self, result: ContactResult) -> None:
-        """Show the contact spots of a result."""
-        self._result = result
-        answer = list_spots(result)
-        count = answer.area.size
-        units = _units(result, answer)
-        with style.batch_changes(self.table.document):
-            self.source.selected.indices = []
-            self.source.data = {
-                "number": np.arange(1, count + 1),
-                **{name: _round_digits(getattr(answer, name) * units[name][0]) for name in _NAMES},
-            }
-            for name, title in _NAMES.items():
-                self.columns[name].title = f"{title} [{units[name][1]}]"
-            whole = count_noun(result.spots().count, "contact spot")
-            shown = f", the {count} largest of them here" if count < result.spots().count else ""
-            self.note.text = (
-                f"{whole}{shown}. Select a row to see its spot; its position is that of its "
-                "largest pressure."
-            )
-
-    def _handle_selection(self, attr: str, old: Any, new: Any) -> None:
-        if new and self._result is not None and self._call is not None:
-            self._call(box_around(self._result, int(new[0])))
-
-
-def _round_digits(values: NDArray[np.float64]) -> list[float]:
-    # Four digits, as in all tables; rows are sorted by the displayed value.
-    return [float(f"{value:.4g}") for value in values]
-
-
-_NAMES = {
-    "area": "area",
-    "load": "load",
-    "peak": "largest pressure",
-    "saturated": "saturated",
-    "y": "y",
-    "x": "x",
-}
-
-
-def _units(result: ContactResult, answer: SpotRows) -> dict[str, tuple[float, str]]:
-    def largest(values: NDArray[np.float64]) -> float:
+    def largest(values: Array) -> float:
         return float(values.max(initial=0.0))
 
-    place = prefixed_window(0.0, max(result.surface.size))
-    return {
-        "area": prefixed_area(largest(answer.area)),
-        "load": prefixed(largest(answer.load), result.pair.load_unit),
-        "peak": prefixed(largest(answer.peak), "Pa"),
-        "saturated": (100.0, "%"),
-        "y": place,
-        "x": place,
+    known: dict[str, tuple[Array, tuple[float, str]]] = {
+        "area": (spots.area, prefixed_area(largest(spots.area))),
+        "load": (spots.load, prefixed(largest(spots.load), result.pair.load_unit)),
+        "largest pressure": (spots.peak, prefixed(largest(spots.peak), "Pa")),
+        "saturated": (saturated, (100.0, "%")),
+        "y of its peak": ((rows + 0.5) * dy, window),
+        "x": ((columns + 0.5) * dx, window),
     }
+    heads = ("spot", *(f"{name} [{unit}]" for name, (_, (_, unit)) in known.items()))
+    table = [
+        (
+            str(n + 1),
+            *(plain_decimal(values[n] * scale, 4) for values, (scale, _) in known.values()),
+        )
+        for n in range(count)
+    ]
+    shown = f", the {count} largest of them here" if count < spots.count else ""
+    text = f"<p>{count_noun(spots.count, 'contact spot')}{shown}.</p>"
+    return text + controls.markup_table(table, heads)
 
 
 # --- Detail panels of a contact and its surface, drawn when they are opened ---
@@ -477,41 +317,20 @@ _RESULTS, _SPOTS, _PRESSURES, _SURFACE = range(4)
 class DetailPanel:
     """Section below the maps, and tabs of tables and charts to the right of the maps."""
 
-    def __init__(self, zoom: Callable[[Box], None], run: Run) -> None:
+    def __init__(self, run: Run) -> None:
         self.section = SectionPlot()
-        self._zoom, self._run = zoom, run
+        self._run = run
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._line: Line | None = None
         self._proposed: Line | None = None
         self.below = pn.pane.Bokeh(self.section.root, **style.BLOCK)
-        self._numbers = pn.pane.HTML("", **style.WIDE)
-        self._pressures = pn.pane.HTML("", **style.WIDE)
-        parts = {
-            "Results": self._numbers,
-            "Contact spots": pn.Column(**style.BLOCK),
-            "Pressures": self._pressures,
-            "Surface": pn.Column(**style.BLOCK),
-        }
-        self._parts = list(parts.values())
-        self._tabs = Tabs(parts, self._draw_tab)
+        names = ("Results", "Contact spots", "Pressures", "Surface")
+        self._parts = [pn.pane.HTML("", **style.WIDE) for _ in names]
+        self._drawn: dict[int, Any] = {}
+        self._tabs = Tabs(dict(zip(names, self._parts, strict=True)), self._draw_tab)
         self._tabs.strip.visible = False
-        self.tabs = pn.Column(self._tabs.strip, self._tabs.body, **style.BLOCK)
-
-    @cached_property
-    def spots(self) -> SpotTable:
-        """Table of spots, created when it is first shown."""
-        created = SpotTable()
-        created.set_spot_listener(self._zoom)
-        self._parts[_SPOTS].append(pn.pane.Bokeh(created.root, **style.BLOCK))
-        return created
-
-    @cached_property
-    def texture(self) -> TexturePanel:
-        """Height parameters and curves, created when they are first shown."""
-        created = TexturePanel(self._run)
-        self._parts[_SURFACE].append(created.root)
-        return created
+        self.tabs = pn.Column(self._tabs.strip, self._tabs.body, **style.HIGH)
 
     @property
     def line(self) -> Line | None:
@@ -541,7 +360,7 @@ class DetailPanel:
             self._tabs.strip.visible = result is not None
             self._tabs.strip.active = _SURFACE if result is None else _RESULTS
         if numbers is not None:
-            self._numbers.object = numbers
+            self._parts[_RESULTS].object = numbers
             self._draw_tab()
 
     def _draw_section(self) -> None:
@@ -554,25 +373,24 @@ class DetailPanel:
             self.section.show_section(shown, result, line)
 
     def _draw_tab(self) -> None:
-        active, result = self._tabs.active, self._result
-        if active == _SURFACE:
-            self.texture.show_surface(self._surface)
-        elif active == _PRESSURES and result is not None:
-            threading.Thread(target=self._draw_pressures, args=(result,), daemon=True).start()
-        elif active == _SPOTS and result is not None:
-            self.spots.show_result(result)
-        elif active == _SPOTS:
-            self.spots.clear()
+        """Fill the active panel, in a separate thread: a large map takes seconds."""
+        active = self._tabs.active
+        shown: Any = self._surface if active == _SURFACE else self._result
+        if active == _RESULTS or self._drawn.get(active) is shown:
+            return
+        self._drawn[active] = shown
+        self._parts[active].object = ""
+        if shown is not None:
+            threading.Thread(target=self._work_out, args=(active, shown), daemon=True).start()
 
-    def _draw_pressures(self, result: ContactResult) -> None:
-        """Draw the distribution of the pressure, in a separate thread."""
-        picture = _draw_picture(lambda: pressure_histogram(result))
+    def _work_out(self, active: int, shown: Any) -> None:
+        text = _MAKERS[active](shown)
 
-        def show_picture() -> None:
-            if result is self._result:
-                self._pressures.object = picture
+        def show_text() -> None:
+            if self._drawn.get(active) is shown:
+                self._parts[active].object = text
 
-        self._run(show_picture)
+        self._run(show_text)
 
 
 # Matplotlib shares fonts and layouts between figures.
@@ -584,51 +402,46 @@ def _draw_picture(draw: Callable[[], Any]) -> str:
         return controls.picture_markup(png(draw()))
 
 
-class TexturePanel:
-    """Material ratio curve, file, roughness and spectrum of a surface."""
+def surface_texture(surface: Surface) -> str:
+    """Return material ratio curve, file, roughness and spectrum of a surface as markup."""
+    if surface.is_profile:
+        return ""
+    try:
+        values = surface.roughness()
+    except InputError:
+        # Missing points leave no point with both neighbors.
+        values = {}
+    file = [(row.name, row.text, "") for row in rows_of(inputs.SURFACE, surface)]
+    rows = [
+        (name, inputs.parameter(name, values), meaning)
+        for name, (_, meaning) in inputs.ROUGHNESS.items()
+    ]
+    spectrum = "<p>The power spectrum needs a map without missing points: fill them.</p>"
+    if not surface.missing:
+        spectrum = _draw_picture(lambda: draw_spectrum(surface))
+    return (
+        f"{_draw_picture(lambda: bearing_curve(surface))}<h2>File</h2>"
+        f"{controls.markup_table(file)}<h2>Roughness, ISO 25178-2, as prepared</h2>"
+        f"{controls.markup_table(rows)}{spectrum}"
+    )
 
-    def __init__(self, run: Run) -> None:
-        self._run = run
-        self._spectrum = SpectrumPlot()
-        self._numbers = pn.pane.HTML("", **style.WIDE)
-        self._shown: Surface | None = None
-        self._curve = pn.pane.HTML("", **style.WIDE)
-        spectrum = pn.pane.Bokeh(self._spectrum.root, **style.BLOCK)
-        self.root = pn.Column(self._curve, self._numbers, spectrum, **style.BLOCK)
 
-    def show_surface(self, surface: Surface | None) -> None:
-        """Show a surface as soon as its parameters are computed, in a separate thread."""
-        if surface is self._shown:
-            return
-        self._shown = surface
-        self._numbers.object = ""
-        self._curve.object = ""
-        self._spectrum.clear()
-        if surface is not None and not surface.is_profile:
-            # A large map takes seconds, which would block other pages.
-            threading.Thread(target=self._work_out, args=(surface,), daemon=True).start()
+def draw_spectrum(surface: Surface) -> Any:
+    """Draw the radially averaged power spectral density of a map."""
+    q, power, _ = radial_spectrum(surface.heights, surface.pixel)
+    plot, axes = panels(7.2, 5.2)
+    axes.plot(q[power > 0], power[power > 0], color=SERIES[0])
+    # Beyond, only the corners of the grid contribute.
+    axes.axvline(np.pi / max(surface.pixel), color=NEUTRAL, linestyle=":")
+    for way in "xy":
+        log_scale(axes, way)
+    plain_axes(axes, "wave number q [rad/m]", "C(q), mean of all directions [m⁴]", "Power spectrum")
+    return plot
 
-    def _work_out(self, surface: Surface) -> None:
-        try:
-            values = surface.roughness()
-        except InputError:
-            # Missing points leave no point with both neighbors.
-            values = {}
-        file = [(row.name, row.text, "") for row in rows_of(inputs.SURFACE, surface)]
-        rows = [
-            (name, inputs.parameter(name, values), meaning)
-            for name, (_, meaning) in inputs.ROUGHNESS.items()
-        ]
-        text = (
-            f"<h2>File</h2>{controls.markup_table(file)}<h2>Roughness, ISO 25178-2, as "
-            "prepared</h2>"
-            f"{controls.markup_table(rows)}"
-        )
-        curve = _draw_picture(lambda: bearing_curve(surface))
-        self._run(lambda: self._show_curves(surface, text, curve))
 
-    def _show_curves(self, surface: Surface, text: str, curve: str) -> None:
-        if surface is self._shown:
-            self._numbers.object = text
-            self._curve.object = curve
-            self._spectrum.show_surface(surface)
+_MAKERS: dict[int, Callable[[Any], str]] = {
+    _SPOTS: spot_table,
+    _PRESSURES: lambda result: _draw_picture(lambda: pressure_histogram(result)),
+    _SURFACE: surface_texture,
+}
+"""Functions that return the content of a panel."""

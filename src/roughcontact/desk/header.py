@@ -19,9 +19,11 @@ from roughcontact.desk.controls import (
     escape_markup,
     gravest_first,
     make_button,
+    markup_table,
     spell_sentence,
 )
 from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, load_text
+from roughcontact.desk.session import PAGE
 from roughcontact.errors import ArgumentRef
 from roughcontact.report import kinds
 from roughcontact.report.kind import TRUST, quantity_of
@@ -29,24 +31,8 @@ from roughcontact.units import count_noun
 
 _KEYS = ("load", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap", "approach")
 
-_CHECKS = {
-    "file": ("Map", "step-map"),
-    "material": ("Material", "step-bodies"),
-    "boundary": ("Extent", "step-model"),
-    "missing": ("Missing points", "step-prepare"),
-    "load": ("Load", "step-load"),
-}
+_CHECKS: dict[str, list[str]] = PAGE["checks"]
 """Required inputs of a contact by option: label, and step where the input is entered."""
-
-_SHORTCUTS = (
-    ("1 to 5", "enlarge heights, pressure, contact, gap, indentation"),
-    ("arrow keys", "move the load, or the tabs"),
-    ("wheel", "zoom all maps"),
-    ("double click", "show the whole map"),
-    ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
-    ("?", "show these keys"),
-    ("Esc", "close a drawer"),
-)
 
 
 def key_numbers(result: ContactResult, form: LoadForm = FORCE) -> str:
@@ -188,8 +174,8 @@ class Header:
             sizing_mode="stretch_width",
         )
         if self._topic == "Keys":
-            rows = "".join(f"<tr><td>{key}</td><td>{text}</td></tr>" for key, text in _SHORTCUTS)
-            self.drawer[:] = [head, pn.pane.HTML(f"<table>{rows}</table>", **style.SHEET)]
+            text = markup_table(PAGE["keys"].items())
+            self.drawer[:] = [head, pn.pane.HTML(text, **style.SHEET)]
             return
         parts = [part for caution in self._cautions for part in self._caution(caution)]
         self.drawer[:] = [head, *parts] if parts else [head, pn.pane.HTML("No cautions.")]

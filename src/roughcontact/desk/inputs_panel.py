@@ -13,53 +13,27 @@ import panel as pn
 from roughcontact.analyses.generate.task import COMMAND as GENERATE
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.desk import controls, style
-from roughcontact.desk.controls import Control, Give, make_button
+from roughcontact.desk.controls import GROUPS, Control, Give, make_button
 from roughcontact.desk.live_solver import PreparedMaps
 from roughcontact.desk.projects import KEPT, SavedProject
 from roughcontact.desk.server import PageVisit
-from roughcontact.desk.session import OPTIONS_OF_STEP, Session, SessionState, Value, from_script
+from roughcontact.desk.session import (
+    OPTIONS_OF_STEP,
+    PAGE,
+    Session,
+    SessionState,
+    Value,
+    from_script,
+)
 from roughcontact.desk.widgets import FileDrop
 from roughcontact.desk.workers import JobResult, OnEnd
 from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 from roughcontact.material import catalog
-from roughcontact.material.material import Material
-from roughcontact.request import options, parsing
+from roughcontact.request import options
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import format_engineering
 
-_QUESTION = {
-    "free": "the whole contact: none beyond the map edge",
-    "periodic": "a sample of a larger surface",
-    "periodic-x": "a sample along x, the whole contact along y",
-    "periodic-y": "a sample along y, the whole contact along x",
-}
+_CHOICES: dict[str, dict[str, str]] = PAGE["choices"]
 _COMMON = ("free", "periodic")
-_MISSING = {
-    "error": "–",
-    "fill": "fill them smoothly",
-    "fill-all": "fill them smoothly, even above 30 %",
-    "mask": "exclude them from contact",
-    "crop": "keep the largest rectangle without them",
-}
-_LEVELS = {
-    "plane": "plane, by least squares",
-    "robust": "plane, robust against peaks",
-    "quadric": "paraboloid",
-    "mean": "mean height only",
-    "none": "not at all",
-}
-# Significant digits of a computed ceiling.
-_DIGITS = 6
-_REMOVED = {"": "–", "sphere": "sphere", "cylinder": "cylinder"} | {
-    f"polynomial {order}": f"polynomial of order {order}" for order in range(1, 9)
-}
-_TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
-
-_FIRST = tuple(
-    option.name for option in (options.LEVEL, options.FORM, options.MISSING, options.OUTLIERS)
-)
-"""Preparation options that are always shown; all others are folded away."""
-_EMPTY_LABELS = {"material": "–", "counter-material": "rigid, or the values below"}
 
 
 class StepCard:
@@ -118,9 +92,9 @@ class ControlGroup:
     """Group of option controls that show the values of the session state."""
 
     def __init__(
-        self, session: Session, give: Give, choices: Mapping[str, Mapping[str, str]] | None = None
+        self, session: Session, give: Give, choices: Mapping[str, Mapping[str, str]] = _CHOICES
     ) -> None:
-        self._session, self._give, self._choices = session, give, choices or {}
+        self._session, self._give, self._choices = session, give, choices
         self.controls: dict[str, Any] = {}
 
     def refresh(self) -> None:
@@ -132,15 +106,9 @@ class ControlGroup:
         """Return the controls of options, each created at its first use."""
         for name in names:
             if name not in self.controls:
-                choices = _by_label(self._choices.get(name))
-                self.controls[name] = created = Control(name, self._give, choices)
-                created.show_options(self._session.state.specified)
+                self.controls[name] = Control(name, self._give, self._choices.get(name))
+        self.refresh()
         return [self.controls[name].root for name in names]
-
-
-def _by_label(choices: Mapping[str, str] | None) -> dict[str, str] | None:
-    """Return option texts by label; None without choices."""
-    return None if choices is None else {shown_text: text for text, shown_text in choices.items()}
 
 
 class PreparationPanel:
@@ -148,12 +116,11 @@ class PreparationPanel:
 
     def __init__(self, session: Session, give: Give, changed: Callable[[], None]) -> None:
         self._session, self._changed = session, changed
-        choices = {"level": _LEVELS, "missing": _MISSING, "rotate": _TURNS, "form": _REMOVED}
-        self._group = ControlGroup(session, give, choices)
+        self._group = ControlGroup(session, give)
         self._steps = pn.Column(**style.BLOCK)
         self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] | None = None
-        first = self._group.roots(*_FIRST)
-        rest = [name for name in controls.PREPARATION_OPTIONS if name not in _FIRST]
+        names, last = GROUPS["first"], GROUPS["preparation"]
+        first, rest = self._group.roots(*names), [name for name in last if name not in names]
         folded = controls.make_fold("Filters, part, grid", partial(self._group.roots, *rest))
         self._last = ""
         self.step = StepCard(
@@ -221,7 +188,7 @@ class BodiesPanel:
     """Controls of the materials and the nominal forms of the bodies."""
 
     def __init__(self, session: Session, give: Give) -> None:
-        choices = {name: _materials(nothing) for name, nothing in _EMPTY_LABELS.items()}
+        choices = {name: _materials(nothing) for name, nothing in PAGE["no-material"].items()}
         self._group = ControlGroup(session, give, choices)
         self._session = session
         self._sources = pn.pane.HTML("", **style.SHEET)
@@ -236,14 +203,14 @@ class BodiesPanel:
             *roots("material"),
             self._sources,
             *roots("counter-material"),
-            controls.make_fold("Own values, coatings", partial(roots, *controls.VALUE_OPTIONS)),
-            controls.make_fold("Nominal forms, two maps", partial(roots, *controls.FORM_OPTIONS)),
+            controls.make_fold("Own values, coatings", partial(roots, *GROUPS["values"])),
+            controls.make_fold("Nominal forms, two maps", partial(roots, *GROUPS["forms"])),
         )
 
     def _searched(self, event: Any) -> None:
         """Offer the materials that match the search text."""
-        for name, nothing in _EMPTY_LABELS.items():
-            self._group.controls[name].offer(_by_label(_materials(nothing, event.new)) or {})
+        for name, nothing in PAGE["no-material"].items():
+            self._group.controls[name].offer(_materials(nothing, event.new))
 
     def refresh(self) -> None:
         """Show the bodies of the state, and the sources of the material values."""
@@ -262,30 +229,18 @@ class ModelPanel:
 
     def __init__(self, session: Session, give: Give) -> None:
         self._session, self._give = session, give
-        self._group = ControlGroup(session, give, {"boundary": {"": "–", **_QUESTION}})
-        labels = {text: name for name, text in _QUESTION.items() if name in _COMMON}
+        self._group = ControlGroup(session, give)
         self._extent = pn.widgets.RadioBoxGroup(
-            label="Boundary", options=labels, value=None, **style.CONTROL
+            label="Boundary",
+            options={_CHOICES["boundary"][name]: name for name in _COMMON},
+            value=None,
+            **style.CONTROL,
         )
         self._extent.param.watch(self._choose_extent, "value")
-        roots = self._group.roots
-        self._ceiling = ""
-        self._factor = pn.widgets.TextInput(
-            label="Ceiling as a multiple of the yield strength", placeholder="3", **style.CONTROL
-        )
-        self._factor.param.watch(self._multiplied, "value")
-        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
-        rest = partial(roots, "boundary", *controls.SOLVER_OPTIONS)
+        rest = partial(self._group.roots, "boundary", *GROUPS["solver"])
         extent = pn.pane.HTML('<p class="quiet">Boundary: extent of the body</p>', **style.SHEET)
-        self.step = StepCard(
-            "Model",
-            extent,
-            self._extent,
-            *roots("ceiling"),
-            self._factor,
-            self._wrong,
-            controls.make_fold("Tilt, solver", rest),
-        )
+        parts = extent, self._extent, *self._group.roots("ceiling")
+        self.step = StepCard("Model", *parts, controls.make_fold("Tilt, solver", rest))
 
     def refresh(self) -> None:
         """Show the model options of the state."""
@@ -293,43 +248,13 @@ class ModelPanel:
         state = self._session.state
         specified = state.specified.get("boundary")
         self._extent.value = specified if specified in _COMMON else None
-        if state.specified.get("ceiling") != self._ceiling:
-            self._ceiling = self._factor.value = ""
-        done = "boundary" not in state.missing
-        boundary = state.specified.get("boundary", "no extent so far")
-        self.step.summarize(done, f"{boundary}, ceiling {state.specified.get('ceiling', 'auto')}")
+        boundary = specified or "no extent so far"
+        text = f"{boundary}, ceiling {state.specified.get('ceiling', 'auto')}"
+        self.step.summarize("boundary" not in state.missing, text)
 
     def _choose_extent(self, event: Any) -> None:
         if event.new not in (None, self._session.state.specified.get("boundary")):
             self._give("boundary", event.new)
-
-    def _multiplied(self, event: Any) -> None:
-        """Set the ceiling to a multiple of the yield strength, as a pressure."""
-        self._wrong.visible = False
-        if not event.new.strip():
-            return
-        try:
-            self._ceiling = _strength_multiple(event.new, self._session)
-            self._give("ceiling", self._ceiling)
-        except RoughcontactError as error:
-            controls.show_alert(self._wrong, controls.error_text(error))
-
-
-def _strength_multiple(text: str, session: Session) -> str:
-    """Return a multiple of the smaller yield strength of the bodies, as input text."""
-    factor = parsing.number(text, "ceiling")
-    prepared = session.prepared
-    known: tuple[Material, ...] = ()
-    if prepared is not None and "material" not in session.state.missing:
-        known = prepared.request.bodies
-    strengths = [body.yield_strength for body in known if body.yield_strength is not None]
-    if not strengths:
-        raise InputError(
-            "as a multiple needs a body with a yield strength, and a map: choose them first, or "
-            "give the ceiling as a pressure",
-            argument="ceiling",
-        )
-    return format_engineering(factor * min(strengths), "Pa", _DIGITS)
 
 
 def _materials(nothing: str, search: str = "") -> dict[str, str]:
@@ -358,45 +283,10 @@ def _sources(name: str) -> str:
 # --- Sources of a map: upload, demonstration map, generated surface, or a smooth body ---
 
 
-DEMONSTRATIONS: dict[str, dict[str, Value]] = {
-    "Ground steel": {
-        "size": "0.5 mm",
-        "points": "512",
-        "sq": "0.4 um",
-        "sal": "6 um",
-        "str": "0.1",
-        "lay": "90",
-        "ssk": "-0.5",
-        "seed": "1",
-    },
-    "Polished, isotropic": {
-        "size": "0.1 mm",
-        "points": "512",
-        "sq": "20 nm",
-        "sal": "4 um",
-        "seed": "2",
-    },
-    "Honed bore": {
-        "size": "1 mm",
-        "points": "512",
-        "sq": "0.6 um",
-        "sal": "15 um",
-        "str": "0.2",
-        "honing": "50",
-        "ssk": "-1.2",
-        "seed": "3",
-    },
-}
-"""Demonstration maps: arguments of ``roughcontact generate`` by name."""
+EXAMPLES: dict[str, dict[str, Value]] = PAGE["examples"]
+"""Example maps: options of ``roughcontact generate`` by name."""
 
 _LISTED = 12
-_GENERATED = ("size", "points", "sq", "sal", "sdq", "hurst", "str", "lay", "ssk", "sku", "seed")
-_FIRST_MAP_OPTIONS: dict[str, Value] = {
-    "size": "0.2 mm",
-    "points": "512",
-    "sq": "0.2 um",
-    "sal": "5 um",
-}
 
 
 class MapPanel:
@@ -421,12 +311,12 @@ class MapPanel:
         self._drop = _make_file_drop("Drop a height map, or choose a file", self.take_map)
         self._nominal = ControlGroup(session, give)
         self._demonstration = pn.widgets.Select(
-            label="Or a demonstration map", options=["", *DEMONSTRATIONS], **style.CONTROL
+            label="Or a demonstration map", options=["", *EXAMPLES], **style.CONTROL
         )
         self._demonstration.param.watch(self._demonstrated, "value")
         self._group = ControlGroup(session, give)
         self._channels: Sequence[str] = ()
-        self._wanted: dict[str, Value] = dict(_FIRST_MAP_OPTIONS)
+        self._wanted: dict[str, Value] = dict(PAGE["generate"]["first"])
         self._of_file = controls.make_fold("Channel, unit, sides", self._about_file)
         self.start = self._started()
         self.step = StepCard(
@@ -443,7 +333,7 @@ class MapPanel:
 
     def _started(self) -> Any:
         """Return the start view, shown until there is a map."""
-        examples = (make_button(name, partial(self._demonstrate, name)) for name in DEMONSTRATIONS)
+        examples = (make_button(name, partial(self._demonstrate, name)) for name in EXAMPLES)
         about = (
             "<h1>Open a height map</h1><p>A file of a profilometer, an AFM or a stylus. It stays "
             "on this computer.</p>"
@@ -459,7 +349,7 @@ class MapPanel:
         )
 
     def _about_file(self) -> list[Any]:
-        created = self._group.roots(*controls.MAP_OPTIONS)
+        created = self._group.roots(*GROUPS["map"])
         self.offer_channels(self._channels)
         return created
 
@@ -489,7 +379,7 @@ class MapPanel:
         return [drop, make_button("Remove counter-map", self._unfaced)]
 
     def _about_generated(self) -> list[Any]:
-        wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]
+        wanted = [Control(name, self._want, task=GENERATE) for name in PAGE["generate"]["options"]]
         for control in wanted:
             control.show_options(self._wanted)
         created = make_button("Generate", self._make, primary=True)
@@ -582,9 +472,7 @@ class MapPanel:
             self._demonstrate(event.new)
 
     def _demonstrate(self, name: str) -> None:
-        self._run_action(
-            lambda: self._generate(DEMONSTRATIONS[name], self._map_opener(f"{name}.npz"))
-        )
+        self._run_action(lambda: self._generate(EXAMPLES[name], self._map_opener(f"{name}.npz")))
 
     def _make(self) -> None:
         self._generate(dict(self._wanted), self._map_opener("generated.npz"))
@@ -611,7 +499,7 @@ class MapPanel:
 def _lacking_properties(error: RoughcontactError) -> list[str]:
     """Return the properties of a file that an error requests."""
     about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
-    return [name for name in controls.MAP_OPTIONS if SOLVE.by_name[name].argument in about]
+    return [name for name in GROUPS["map"] if SOLVE.by_name[name].argument in about]
 
 
 def _make_file_drop(text: str, arrived: Callable[[dict[str, Any]], None], **more: Any) -> Any:

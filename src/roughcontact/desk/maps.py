@@ -19,7 +19,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk import rasters, style
 from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
-from roughcontact.desk.tokens import ACCENT, FONT, INK, read_script
+from roughcontact.desk.style import ACCENT, FONT, INK, read_script
 from roughcontact.desk.widgets import TabStrip
 from roughcontact.drawing import cells
 from roughcontact.drawing.style import (
@@ -97,7 +97,7 @@ class SectionLine:
             x_offset="offset",
             y_offset=-8,
             text_font=value(FONT),
-            text_font_size=style.TEXT_SIZE,
+            text_font_size="12px",
             text_font_style="bold",
             text_color=INK,
             text_outline_color="white",
@@ -305,7 +305,10 @@ class MapsView:
             for key in NAMES
         }
         self.mappers = color_mappers()
-        self.bars = {key: style.color_bar(mapper) for key, mapper in self.mappers.items()}
+        self.bars: dict[str, Any] = {
+            key: models.ColorBar(color_mapper=mapper, ticker=models.FixedTicker(ticks=[]))
+            for key, mapper in self.mappers.items()
+        }
         self.plot = self._figure()
         self._layers = {
             key: [*self.draw_layers(self.plot, key), *filter(None, [self.bars.get(key)])]
@@ -432,7 +435,7 @@ class MapsView:
     def zoom(self, box: Box | None = None) -> None:
         """Zoom to a box [m]; by default to the whole map."""
         with style.batch_changes(self.plot.document):
-            self._fit(self._home if box is None else box)
+            self._fit(box or self._home)
             self._draw()
 
     def _put_surface(self, surface: Surface | None) -> None:
@@ -703,7 +706,7 @@ def map_figure(title: str, x_range: Any, y_range: Any, **look: Any) -> Any:
         toolbar_location="right",
         **look,
     )
-    style.apply_style(plot, is_map=True)
+    plot.grid.visible = False
     return plot
 
 

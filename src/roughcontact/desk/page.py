@@ -524,7 +524,7 @@ class ContactView:
     @cached_property
     def detail(self) -> DetailPanel:
         """Panels below and to the right of the maps."""
-        return DetailPanel(self.maps.zoom, self._call_run)
+        return DetailPanel(self._call_run)
 
     @cached_property
     def _figures(self) -> Any:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from panel.custom import JSComponent
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk import rasters, style, tokens
+from roughcontact.desk import rasters, style
 from roughcontact.desk.controls import show_alert
 from roughcontact.desk.load_panel import FORCE, form_of, load_text
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE, height_scale, result_scales
@@ -44,7 +44,7 @@ class Canvas(JSComponent):  # type: ignore[misc]
     colors = param.List([])
     palette = param.List([])
 
-    _esm = tokens.read_script("relief")
+    _esm = style.read_script("relief")
     _stylesheets: ClassVar = [style.CSS["RELIEF"]]
 
 

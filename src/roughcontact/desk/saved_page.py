@@ -19,7 +19,6 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import escape_markup, markup_table
 from roughcontact.desk.maps import NAMES, MapsView, map_figure, map_titles
-from roughcontact.drawing.style import OPEN
 from roughcontact.errors import InputError
 from roughcontact.report import kinds, python_script
 from roughcontact.report.kind import TRUST
@@ -50,7 +49,9 @@ def render_page(result: ContactResult, request: Request) -> str:
     if result.surface.is_profile:
         raise InputError("a profile has no maps: use its report instead")
     # Escape closing tags, which a browser would take for the end of the script.
-    item = json.dumps(json_item(_linked_maps(result), "maps")).replace("</", "<\\/")
+    item = json.dumps(
+        json_item(_linked_maps(result), "maps", theme=style.theme(dark=False))
+    ).replace("</", "<\\/")
     scripts = "".join(
         f"<script>{text}</script>\n"
         for text in Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).js_raw
@@ -95,7 +96,6 @@ def _linked_maps(result: ContactResult) -> Any:
             title, **ranges, frame_width=wide, frame_height=tall, styles={"flex": "none"}
         )
         plot.xaxis.axis_label = maps.plot.xaxis.axis_label
-        plot.background_fill_color = OPEN
         maps.draw_layers(plot, key)
         if key in maps.bars:
             maps.bars[key].visible = True

@@ -44,22 +44,12 @@ CONTACT, PINNED = "contact", "pinned"
 HISTORY = "history.json"
 """File next to the project file: project files of earlier and of undone states."""
 
-OPTIONS_OF_STEP = {
-    "cropped": ("crop",),
-    "without_outliers": ("outliers",),
-    "largest_rectangle": ("missing",),
-    "leveled": ("level",),
-    "without_form": ("form",),
-    "filled": ("missing",),
-    "masked": ("missing",),
-    "filtered": ("s-filter", "l-filter"),
-    "resampled": ("pixel",),
-    "inverted": ("invert",),
-    "flipped": ("flip",),
-    "rotated": ("rotate",),
-    "with_form": ("body",),
-    "aligned": ("align", "offset", "angle", "mirror"),
-}
+PAGE: dict[str, Any] = tomllib.loads(
+    (Path(__file__).parent / "assets" / "page.toml").read_text(encoding="utf-8")
+)
+"""Texts and groups of the page."""
+
+OPTIONS_OF_STEP: dict[str, list[str]] = PAGE["steps"]
 """Options that cause a step of the preparation, by the method of `Surface`."""
 
 # Value that disables a step with an effective default.

@@ -1,24 +1,46 @@
-"""Style of the page: one style sheet, without external fonts."""
+"""Style of the page: colors, fonts, style sheets and scripts, without external fonts."""
 
 from __future__ import annotations
 
 import html
+import json
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bokeh.models import Axis, ColorBar, Column, ColumnDataSource, Div, FixedTicker, HoverTool
-from bokeh.plotting import figure
+from bokeh.models import ColumnDataSource, Div
 from bokeh.themes import Theme
 from numpy.typing import NDArray
 from panel.io.document import hold
 from panel.io.state import state
 
-from roughcontact.desk.tokens import FONT, INK, read_sheets
 from roughcontact.drawing.style import OPEN
 
-CSS = read_sheets(OPEN=OPEN)
+INK, QUIET, LINE, ACCENT, WARNING = "#14181f", "#525b67", "#dfe3e7", "#0b5cad", "#a6320c"
+"""Colors of text, lines and marks; the style sheets have further ones for dark pages."""
+
+FONT = "-apple-system, 'Segoe UI', Roboto, 'Noto Sans', 'Helvetica Neue', Arial, sans-serif"
+
+_ASSETS = Path(__file__).parent / "assets"
+
+
+def read_asset(name: str, **values: str) -> str:
+    """Return the text of a file of the browser, with values for words such as ``$INK``."""
+    text = (_ASSETS / name).read_text(encoding="utf-8")
+    return re.sub(r"\$([A-Z]+)", lambda word: values[word[1]], text) if values else text
+
+
+def read_script(*names: str) -> str:
+    """Return scripts of the browser as one."""
+    return "".join(read_asset(f"{name}.js") for name in names)
+
+
+_VALUES = {name: value for name, value in globals().items() if name.isupper() and name[0] != "_"}
+_PARTS = re.split(r"/\* ([A-Z_]+) \*/", read_asset("page.css", **_VALUES))
+CSS = dict(zip(_PARTS[1::2], _PARTS[2::2], strict=True))
 """Style sheets of the page by name; the color scheme of the system selects light or dark."""
 
 TEXT = CSS["TEXT"]
@@ -55,63 +77,15 @@ BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
 # --- Style of figures on the page, and changes in place ---
 
 
-TEXT_SIZE, SMALL = "12px", "11px"
-
-_GROUND = {False: OPEN, True: "#262c34"}
-_COLORS = {False: (INK, "#e4e4e4", "#b8b8b8"), True: ("#e8ebef", "#2b313a", "#6d7885")}
+_COLORS = {
+    False: {"SCRIPT": INK, "GRID": "#e4e4e4", "FRAME": "#b8b8b8", "SHEET": OPEN},
+    True: {"SCRIPT": "#e8ebef", "GRID": "#2b313a", "FRAME": "#6d7885", "SHEET": "#262c34"},
+}
 
 
 def theme(dark: bool) -> Theme:
-    """Return the colors of axes, grids, titles and legends of figures."""
-    text, grid, frame = _COLORS[dark]
-    axis = dict.fromkeys(("axis_label_text_color", "major_label_text_color"), text)
-    return Theme(
-        json={
-            "attrs": {
-                "Plot": {"outline_line_color": frame, "background_fill_color": _GROUND[dark]},
-                "Axis": {**axis, "major_tick_line_color": frame},
-                "Grid": {"grid_line_color": grid},
-                "Title": {"text_color": text},
-                "Legend": {"label_text_color": text},
-                "BaseColorBar": {"major_label_text_color": text},
-            }
-        }
-    )
-
-
-def apply_style(plot: Any, is_map: bool = False) -> None:
-    """Apply the fonts and colors of the page to a figure; a map has the ground of the theme."""
-    plot.title.text_font = FONT
-    plot.title.text_font_size = TEXT_SIZE
-    plot.title.text_font_style = "bold"
-    plot.title.offset = 0
-    plot.grid.visible = not is_map
-    if not is_map:
-        plot.background_fill_color = None
-    plot.border_fill_color = None
-    for axis in plot.select(Axis):
-        axis.axis_label_text_font = axis.major_label_text_font = FONT
-        axis.axis_label_text_font_size = axis.major_label_text_font_size = SMALL
-        axis.axis_label_text_font_style = "normal"
-        axis.axis_label_standoff = 4
-        axis.axis_line_color = None
-        axis.minor_tick_line_color = None
-    plot.toolbar.logo = None
-
-
-def make_chart(title: str, height: int = 260, **options: Any) -> Any:
-    """Return an empty chart in the style of the page."""
-    plot: Any = figure(
-        title=title,
-        height=height,
-        sizing_mode="stretch_width",
-        min_border_left=60,
-        tools="pan,box_zoom,wheel_zoom,reset",
-        active_scroll=None,
-        **options,
-    )
-    apply_style(plot)
-    return plot
+    """Return the fonts and colors of figures."""
+    return Theme(json=json.loads(read_asset("theme.json", FONT=FONT, **_COLORS[dark])))
 
 
 def empty_source(*names: str) -> Any:
@@ -123,64 +97,6 @@ def clear_source(*sources: Any) -> None:
     """Remove the values of data sources."""
     for item in sources:
         item.data = {name: [] for name in item.data}
-
-
-def with_note(plot: Any) -> tuple[Any, Any]:
-    """Return a column of a figure and a markup model, and this model."""
-    plot.toolbar.autohide = True
-    note = make_markup(margin=(0, 8, 4, 60))
-    return Column(plot, note, sizing_mode="stretch_width"), note
-
-
-def add_hover(plot: Any, drawn: Any, text: Sequence[tuple[str, str]]) -> Any:
-    """Add a hover tool that shows columns by name; `hover_units` sets the units."""
-    tool: Any = HoverTool(
-        renderers=[drawn],
-        tooltips=[(name, f"@{{{column}}}{{%0.4g}}") for name, column in text],
-        formatters={f"@{{{column}}}": "printf" for _, column in text},
-    )
-    plot.add_tools(tool)
-    return tool
-
-
-def hover_units(tool: Any, units: Sequence[str]) -> None:
-    """Set the units of the hover tool."""
-    tool.tooltips = [
-        (name, f"{text.partition(' ')[0]} {unit}")
-        for (name, text), unit in zip(tool.tooltips, units, strict=True)
-    ]
-
-
-def quiet_legend(plot: Any) -> None:
-    """Move the legend of a figure above the figure, in one line."""
-    legend = plot.legend[0]
-    plot.add_layout(legend, "above")
-    legend.orientation = "horizontal"
-    legend.label_text_font = FONT
-    legend.label_text_font_size = SMALL
-    legend.border_line_color = None
-    legend.background_fill_color = None
-    legend.padding = legend.margin = 2
-    legend.spacing = 12
-    legend.glyph_height = legend.glyph_width = 16
-    legend.click_policy = "hide"
-    legend.location = "left"
-
-
-def color_bar(mapper: Any) -> Any:
-    """Return the color bar of a map."""
-    return ColorBar(
-        color_mapper=mapper,
-        width=9,
-        padding=2,
-        label_standoff=4,
-        bar_line_color=None,
-        background_fill_color=None,
-        major_tick_line_color=None,
-        major_label_text_font=FONT,
-        major_label_text_font_size=SMALL,
-        ticker=FixedTicker(ticks=[]),
-    )
 
 
 def set_bar(bar: Any, low: float, high: float, unit: str) -> None:

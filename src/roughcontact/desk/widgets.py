@@ -11,7 +11,7 @@ from bokeh.events import ConnectionLost, DocumentReady
 from bokeh.models import CustomJS
 from panel.custom import JSComponent
 
-from roughcontact.desk import style, tokens
+from roughcontact.desk import style
 
 
 class FileDrop(JSComponent):  # type: ignore[misc]
@@ -21,7 +21,7 @@ class FileDrop(JSComponent):  # type: ignore[misc]
     arrived = param.Dict({})
     count = param.Integer(0)
 
-    _esm = tokens.read_script("send", "file_drop")
+    _esm = style.read_script("send", "file_drop")
     _stylesheets: ClassVar = [style.CSS["FILE_DROP"]]
 
 
@@ -48,7 +48,7 @@ class TabStrip(JSComponent):  # type: ignore[misc]
     pictures = param.List([])
     side = param.Integer(0)
 
-    _esm = tokens.read_script("tab_strip")
+    _esm = style.read_script("tab_strip")
     _stylesheets: ClassVar = [style.CSS["TAB_STRIP"]]
 
 
@@ -60,7 +60,7 @@ class Tabs:
     ) -> None:
         about = {**style.TABS, "sizing_mode": sizing}
         self._parts, self._turned = list(parts.values()), turned
-        self.strip = TabStrip(names=list(parts), **style.STRIP)
+        self.strip = TabStrip(names=list(parts), height=36, **style.STRIP)
         self.body = pn.Column(**about)
         self.strip.param.watch(lambda _: self._turn(), "active")
         self._update_body()
@@ -95,7 +95,7 @@ class Slider(JSComponent):  # type: ignore[misc]
 
     # Delay of a value for a later one [ms]: the default of 50 is half the time of a step.
     _debounce: ClassVar[int] = 5
-    _esm = tokens.read_script("slider")
+    _esm = style.read_script("slider")
     _stylesheets: ClassVar = [style.CSS["SLIDER"]]
 
 
@@ -109,7 +109,7 @@ class Frame(JSComponent):  # type: ignore[misc]
     arrived = param.Dict({})
     count = param.Integer(0)
 
-    _esm = tokens.read_script("send", "frame")
+    _esm = style.read_script("send", "frame")
     _stylesheets: ClassVar = [style.CSS["FRAME"]]
 
 
@@ -142,7 +142,7 @@ if (document.getElementById("lost") == null) {{
   said.setAttribute("role", "alert")
   said.textContent = words
   said.style.cssText = `position: fixed; z-index: 1000; inset: 0 0 auto 0; padding: 10px 16px;
-    background: {tokens.WARNING}; color: white; font: 14px {tokens.FONT}`
+    background: {style.WARNING}; color: white; font: 14px {style.FONT}`
   document.body.append(said)
 }}
 """
