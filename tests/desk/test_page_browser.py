@@ -510,9 +510,14 @@ def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[in
         page.wait_for_timeout(500)
         assert page.evaluate(_SCROLLING) == [], tab
     # No tab below or beside the maps is covered.
-    for name, shown in (("Contact spots", "contact spot"), ("Results", "converged, cert")):
-        page.get_by_role("tab", name=name).click(timeout=10_000)
-        page.get_by_text(shown).first.wait_for()
+    for name, shown in (("Contact spots", r"^\d+ contact spots"), ("Results", "converged, cert")):
+        tab, text = page.get_by_role("tab", name=name), page.get_by_text(re.compile(shown)).first
+        tab.click()
+        text.wait_for()
+        above, below = tab.bounding_box(), text.bounding_box()
+        assert above is not None
+        assert below is not None
+        assert above["y"] + above["height"] <= below["y"]
     page.get_by_role("tab", name="2 Pressure").scroll_into_view_if_needed()
     # The large map and its thumbnails are all within the window.
     page.wait_for_function(
