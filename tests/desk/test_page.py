@@ -519,28 +519,21 @@ def test_controls_show_defaults_as_one_types_them() -> None:
 
 
 @pytest.mark.long
-def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
-    page: Page, tmp_path: Path
-) -> None:
+def test_steps_of_the_preparation_are_removed_at_their_line(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     solve_and_show(page)
-    form, step = page._preparation._group.controls["form"], page._preparation.step
+    form, steps = page._preparation._group.controls["form"], page._preparation._steps
     form.widget.value = "polynomial 3"
     assert page.session.state.specified["form"] == "polynomial 3"
     solve_and_show(page)
-    assert step._back.visible
-    assert "polynomial" in step._back.description
-    step.root.collapsed = False
-    assert not step._back.visible
-    step.root.collapsed = True
-    step._back.clicks += 1
+    assert [text_of(line[0])[:13] for line in steps] == ["<span>leveled", "<span>form re"]
+    steps[1][1].clicks += 1
     assert "form" not in page.session.state.specified
     assert form.widget.value == ""
     solve_and_show(page)
-    assert "level" in step._back.description
-    step._back.clicks += 1
+    steps[0][1].clicks += 1
     solve_and_show(page)
-    assert not step._back.visible
+    assert list(steps) == []
 
 
 @pytest.mark.long

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import panel as pn
 import pytest
 from hypothesis import HealthCheck, Phase, settings, strategies as st
 from hypothesis.stateful import (
@@ -114,9 +115,11 @@ class Actions(RuleBasedStateMachine):
     def press(self, name: str) -> None:
         self.page._handle_shortcut(Pressed({"name": name}))
 
-    @rule()
-    def undo_on_the_folded_line(self) -> None:
-        self.page._preparation.step._back.clicks += 1
+    @rule(place=st.integers(0, 2))
+    def remove_a_step(self, place: int) -> None:
+        lines = [line for line in self.page._preparation._steps if isinstance(line, pn.Row)]
+        if place < len(lines):
+            lines[place][1].clicks += 1
 
     @rule(place=st.integers(0, 5))
     def turn(self, place: int) -> None:

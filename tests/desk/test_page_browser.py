@@ -208,16 +208,16 @@ def test_maps_return_after_change_of_tab(seat: Seat) -> None:
 
 
 @pytest.mark.slow
-def test_a_form_is_chosen_with_its_order_and_undone_on_its_line(seat: Seat, served: Served) -> None:
+def test_form_is_chosen_with_its_order_and_removed_on_its_line(
+    seat: Seat, served: Served
+) -> None:
     demonstrate(seat)
     project = served.folder / seat.key / "project.toml"
     seat.unfold("Prepare")
     seat.choose("Form to remove", "polynomial of order 3")
     wait_for_file(seat, project, lambda text: 'form = "polynomial 3"' in text)
-    seat.page.locator("button.card-header").filter(has_text="Prepare").first.click()
     seat.page.get_by_text("Up to date").wait_for()
-    # The first is that of the header.
-    seat.page.get_by_role("button", name="Undo").nth(1).click()
+    seat.page.get_by_role("button", name="Remove", exact=True).nth(1).click()
     wait_for_file(seat, project, lambda text: "form =" not in text)
 
 

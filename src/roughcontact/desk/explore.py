@@ -61,11 +61,12 @@ def explore(shown: Surface | ContactResult) -> DeskServer:
     folder = tempfile.TemporaryDirectory(prefix="roughcontact-desk-")
     server = Server(_page, Settings(folder=Path(folder.name), port=0, browser=False))
     work = server.first
-    state = SessionState().with_map(
-        _save_map(surface, work.make_folder() / "map.npz"), surface.provenance.source
-    )
+    path = work.make_folder() / "map.npz"
+    surface.save(path)
+    state = SessionState().with_map(path, surface.provenance.source)
     if counter is not None:
-        path = _save_map(counter, work.folder / "counter.npz")
+        path = work.folder / "counter.npz"
+        counter.save(path)
         state = state.with_counter_surface(path, counter.provenance.source)
     for name, value in specified.items():
         state = state.with_option(name, value)
@@ -86,11 +87,6 @@ def _closed(
     server.stop()
     thread.join()
     folder.cleanup()
-
-
-def _save_map(surface: Surface, path: Path) -> Path:
-    surface.save(path)
-    return path
 
 
 def _option_values(result: ContactResult) -> dict[str, Value]:

@@ -39,18 +39,11 @@ _COMMON = ("free", "periodic")
 class StepCard:
     """Collapsible card of a step, with its title and a one-line summary."""
 
-    def __init__(
-        self,
-        title: str,
-        *parts: Any,
-        collapsed: bool = False,
-        undo: Callable[[], None] | None = None,
-    ) -> None:
-        self._title, self._last = title, ""
+    def __init__(self, title: str, *parts: Any, collapsed: bool = False) -> None:
+        self._title = title
         self._head = pn.pane.HTML("", margin=0, sizing_mode="stretch_width", **style.SHEETS)
-        inside = pn.Column(*parts, sizing_mode="stretch_width", margin=(0, 16, 8, 34))
         self.root = pn.Card(
-            inside,
+            pn.Column(*parts, sizing_mode="stretch_width", margin=(0, 16, 8, 34)),
             header=self._head,
             collapsed=collapsed,
             sizing_mode="stretch_width",
@@ -60,23 +53,6 @@ class StepCard:
             header_background="transparent",
             active_header_background="transparent",
         )
-        self.whole = self.root
-        if undo is not None:
-            self._back = make_button(
-                "Undo", undo, visible=False, margin=0, stylesheets=[style.TEXT, style.CSS["BACK"]]
-            )
-            self.whole = pn.Column(self.root, self._back, sizing_mode="stretch_width", margin=0)
-            self.root.param.watch(lambda _: self._offer(), "collapsed")
-
-    def _offer(self) -> None:
-        """Show the undo button of the last step while the card is collapsed."""
-        self._back.visible = bool(self._last) and self.root.collapsed
-
-    def show_last(self, sentence: str) -> None:
-        """Set the last step that can be undone; empty if there is none."""
-        self._last = sentence
-        self._back.description = f"Undo: {sentence}"
-        self._offer()
 
     def summarize(self, done: bool, text: str, name: str = "") -> None:
         """Show whether the step is complete, and its summary: a name in bold and a text."""
@@ -122,10 +98,7 @@ class PreparationPanel:
         names, last = GROUPS["first"], GROUPS["preparation"]
         first, rest = self._group.roots(*names), [name for name in last if name not in names]
         folded = controls.make_fold("Filters, part, grid", partial(self._group.roots, *rest))
-        self._last = ""
-        self.step = StepCard(
-            "Prepare", self._steps, *first, folded, collapsed=True, undo=self._undo_last
-        )
+        self.step = StepCard("Prepare", self._steps, *first, folded, collapsed=True)
 
     def refresh(self, prepared: PreparedMaps | None) -> None:
         """Show the preparation options of the state, and the recorded steps."""
@@ -147,15 +120,8 @@ class PreparationPanel:
             for sentence in step.sentences
         ]
         self._steps[:] = [self._line(*step) for step in list(failed.items()) or steps]
-        last = next((step for step in reversed(steps) if step[1] in OPTIONS_OF_STEP), ("", ""))
-        self._last = last[1]
-        self.step.show_last(last[0])
         done = "; ".join(sentence for sentence, _ in steps)
         self.step.summarize(prepared is not None and not failed, done or "nothing so far")
-
-    def _undo_last(self) -> None:
-        self._session.undo_step(self._last)
-        self._changed()
 
     def _requested_steps(self) -> dict[str, str]:
         """Return the requested preparation steps with their labels and methods."""

@@ -67,24 +67,7 @@ class SectionLine:
             {"x": [], "y": [], "name": [], "offset": []}, syncable=False
         )
         self.ends: list[Any] = [
-            models.BoxAnnotation(
-                left=0,
-                right=1,
-                top=0,
-                bottom=1,
-                visible=False,
-                editable=True,
-                movable="both",
-                resizable="none",
-                use_handles=False,
-                fill_color="white",
-                fill_alpha=0.55,
-                line_color=ACCENT,
-                line_width=2,
-                hover_fill_color="white",
-                hover_fill_alpha=0.9,
-                hover_line_color=INK,
-            )
+            _editable_box(0.55, 0.9, movable="both", resizable="none", use_handles=False)
             for _ in range(2)
         ]
         plot.line("x", "y", source=self.source, line_color="white", line_width=4)
@@ -124,7 +107,7 @@ class SectionLine:
 
     def set_line(self, line: Line | None) -> None:
         """Set or remove the line; its ends are clipped to the map."""
-        self._line = None if line is None else _clip_box(line, self._view.home)
+        self._line = None if line is None else _clip_line(line, self._view.home)
         self._draw()
 
     def set_scale(self, view: MapScale) -> None:
@@ -162,7 +145,7 @@ class SectionLine:
             for end in self.ends
             for first, second in ((end.top, end.bottom), (end.left, end.right))
         )
-        line = _clip_box((y0, x0, y1, x1), self._view.home)
+        line = _clip_line((y0, x0, y1, x1), self._view.home)
         # A change of scale resizes the handles without moving their centers.
         near = 0.1 / self._view.dots
         if max(abs(new - old) for new, old in zip(line, self._line, strict=True)) < near:
@@ -172,35 +155,34 @@ class SectionLine:
             self._call(line)
 
 
-def add_crop_box(plot: Any) -> Any:
-    """Add a box to a map, drawn with a separate tool, then moved and resized; return it."""
-    box: Any = models.BoxAnnotation(
-        **dict.fromkeys(_EDGES, math.nan),
+def _editable_box(alpha: float, hover_alpha: float, **more: Any) -> Any:
+    return models.BoxAnnotation(
+        **dict.fromkeys(_EDGES, 0.0),
         visible=False,
         editable=True,
         fill_color="white",
-        fill_alpha=0.25,
+        fill_alpha=alpha,
         line_color=ACCENT,
         line_width=2,
         hover_fill_color="white",
-        hover_fill_alpha=0.35,
+        hover_fill_alpha=hover_alpha,
         hover_line_color=ACCENT,
+        **more,
     )
-    about = "Draw a box, for example to crop to it"
+
+
+def add_crop_box(plot: Any) -> Any:
+    """Add a box to a map, drawn with a separate tool, then moved and resized; return it."""
+    box, about = _editable_box(0.25, 0.35), "Draw a box, for example to crop to it"
     plot.add_tools(
         models.BoxSelectTool(renderers=[], persistent=True, overlay=box, description=about)
     )
     return box
 
 
-def _clip_box(line: Line, home: Box) -> Line:
-    y0, x0, y1, x1 = line
-    return (
-        min(max(y0, home.top), home.bottom),
-        min(max(x0, home.left), home.right),
-        min(max(y1, home.top), home.bottom),
-        min(max(x1, home.left), home.right),
-    )
+def _clip_line(line: Line, home: Box) -> Line:
+    y0, x0, y1, x1 = np.clip(line, 2 * home[:2], 2 * home[2:]).tolist()
+    return y0, x0, y1, x1
 
 
 # --- Linked maps: heights, pressure, contact, gap, residual indentation ---
@@ -590,19 +572,14 @@ class MapsView:
         height, width = box.bottom - box.top, box.right - box.left
         down, across = self._frame
         dot = max(height / down, width / across) * self._factor
-        middle_y = (box.top + box.bottom) / 2 * self._factor
-        middle_x = (box.left + box.right) / 2 * self._factor
-        # Rounded, so that a tick at an edge stays inside the range.
-        ends = (
-            round(middle + sign * dot * dots / 2, 9)
-            for middle, dots, signs in ((middle_x, across, (-1, 1)), (middle_y, down, (1, -1)))
-            for sign in signs
-        )
-        start, end, top, bottom = ends
-        self.x_range.update(start=start, end=end)
-        self.y_range.update(start=top, end=bottom)
-        for item in (self.x_range, self.y_range):
-            item.update(reset_start=item.start, reset_end=item.end)
+        for item, first, last, half in (
+            (self.x_range, box.left, box.right, dot * across / 2),
+            (self.y_range, box.bottom, box.top, -dot * down / 2),
+        ):
+            middle = (first + last) / 2 * self._factor
+            # Rounded, so that a tick at an edge stays inside the range.
+            start, end = round(middle - half, 9), round(middle + half, 9)
+            item.update(start=start, end=end, reset_start=start, reset_end=end)
         self._fitted = self._ranges()
         self._update_scale()
 
@@ -715,22 +692,20 @@ def color_mappers() -> dict[str, Any]:
     from matplotlib import colormaps
 
     steps = np.linspace(0, 1, 256)
+    colors = {
+        HEIGHTS: colormaps["viridis"](steps),
+        PRESSURE: cells.pressure_colors(),
+        GAP: colormaps["Blues"](steps),
+        RESIDUAL: colormaps["Reds"](0.25 + 0.75 * steps),
+    }
+    nothing = {HEIGHTS: MISSING, GAP: MISSING}
     return {
-        HEIGHTS: models.LinearColorMapper(
-            palette=style.color_palette(colormaps["viridis"](steps)), nan_color=MISSING
-        ),
-        PRESSURE: models.LinearColorMapper(
-            palette=style.color_palette(cells.pressure_colors()),
-            nan_color=rasters.CLEAR,
-            high_color=OVER,
-        ),
-        GAP: models.LinearColorMapper(
-            palette=style.color_palette(colormaps["Blues"](steps)), nan_color=MISSING
-        ),
-        RESIDUAL: models.LinearColorMapper(
-            palette=style.color_palette(colormaps["Reds"](np.linspace(0.25, 1, 256))),
-            nan_color=rasters.CLEAR,
-        ),
+        key: models.LinearColorMapper(
+            palette=style.color_palette(ramp),
+            nan_color=nothing.get(key, rasters.CLEAR),
+            high_color=OVER if key == PRESSURE else None,
+        )
+        for key, ramp in colors.items()
     }
 
 

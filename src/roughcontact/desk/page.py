@@ -439,7 +439,7 @@ class Page:
             stylesheets=[style.CSS["TOP"]],
         )
         left = pn.Column(
-            *(step.whole for step in self._steps),
+            *(step.root for step in self._steps),
             width=style.LEFT,
             margin=0,
             stylesheets=[style.CSS["COLUMN"], style.CSS["LEFT_SIDE"]],
