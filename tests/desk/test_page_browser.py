@@ -208,9 +208,7 @@ def test_maps_return_after_change_of_tab(seat: Seat) -> None:
 
 
 @pytest.mark.slow
-def test_form_is_chosen_with_its_order_and_removed_on_its_line(
-    seat: Seat, served: Served
-) -> None:
+def test_form_is_chosen_with_its_order_and_removed_on_its_line(seat: Seat, served: Served) -> None:
     demonstrate(seat)
     project = served.folder / seat.key / "project.toml"
     seat.unfold("Prepare")

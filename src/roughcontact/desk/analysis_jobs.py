@@ -63,7 +63,7 @@ class AnalysisOutcome:
         return self.outcome.extras.get(STUDY.name, self.outcome.result)
 
 
-def run_analysis(tell: Tell, request: Request, over_pressure: bool) -> AnalysisOutcome:
+def run_analysis(tell: Tell, request: Request, over_pressure: bool = False) -> AnalysisOutcome:
     """Run a request and draw its figures; a job for `workers.WorkerPool.submit`."""
     outcome = run_request(request, tell, tell)
     if outcome.failure is not None:
