@@ -255,6 +255,19 @@ def test_confined_spots_have_the_area_of_the_elastoplastic_model(pressure, volum
     assert interval.low < volume < interval.high <= 1
 
 
+# Under the heavier load, pixels far from the first contact carry load under the lower ceiling.
+@pytest.mark.parametrize("load", [1.0, 5.0])
+def test_calibrated_solve_matches_self_consistent_ceiling(load: float) -> None:
+    heights, pixel = rc.reference_map(256)
+    more = {"material": STEEL, "load": load, "boundary": "periodic"}
+    surface = rc.Surface(heights, pixel)
+    calibrated = rc.solve(surface, **more).calibrated
+    wanted = rc.solve(surface, **more, ceiling="calibrated")
+    assert calibrated.factor == pytest.approx(wanted.ceiling / 1e9, rel=2e-3)
+    assert calibrated.contact_fraction == pytest.approx(wanted.contact_fraction, rel=5e-3)
+    assert calibrated.mean_gap == pytest.approx(wanted.mean_gap, rel=2e-3)
+
+
 def test_interval_and_calibrated_area_are_within_face() -> None:
     for pressure in ("2 GPa", "2.5 GPa", "2.9 GPa", "2.99 GPa"):
         result = solve_egg_box(pressure)
