@@ -4,16 +4,14 @@
 
 A: Q of draws of the surface behind the map (`reconstruction.Reconstruction.draw`).
 B: Q of the map, times Q of random surfaces over Q of their maps, measured by the same
-instrument.
+instrument. Under a tip, estimates of the surfaces (`Reconstruction.simulate`) replace the maps.
 
 The center is ``w A + (1 - w) B`` with ``w = s_B²/(s_A² + s_B²)``, s the standard deviation of K
 draws. The half width is ``√(w h_A² + (1 - w) h_B² + 2 √(w (1 - w)) (A - B)²)`` with ``h = 1.96
-s``; for its random part ``h = t s √(1 + 1/K)``, with t of Student at 95 %. For a tip w is 1/2:
-the volume that a tip cannot reach depends on the map and is the same in all draws. Grid,
-remainder of the method and material add in squares. The remainder decreases with the largest
-correction below 10 %: a perfect instrument gives the interval of the grid. Resolution, shape of
-the transfer, tip radius, noise, exponent, level and shortest wave are drawn once per draw, each as
-K quantiles.
+s``; for its random part ``h = t s √(1 + 1/K)``, with t of Student at 95 %. Grid, remainder of the
+method and material add in squares. The remainder decreases with the largest correction below 10 %:
+a perfect instrument gives the interval of the grid. Resolution, shape of the transfer, tip radius,
+noise, exponent, level and shortest wave are drawn once per draw, each as K quantiles.
 
 For a quantity of the surface rather than of the map, the scatter of the random surfaces, ``t s``,
 adds; approach and largest pressure stay those of the map.
@@ -25,8 +23,8 @@ derivative with respect to load and ceiling and n the power of a pressure in Q.
 
 Marks and edges: waves of draws have random phases, and those of the marks of a tool and of the
 edges of craters have not. The correction is low by 0 to 60 % for surfaces with marks
-(`Reconstruction.marks`), and by 0 to 40 % for skewed heights. The volume of the valleys that
-a tip does not reach may be twice that of random surfaces.
+(`Reconstruction.marks`), and by 0 to 40 % for skewed heights. The change of the mean gap due to
+valleys that a tip does not reach may be twice that of random surfaces.
 
 Model: the removed form and the ceiling are choices. Their errors, added in squares, are the change
 by the next form, and that by plasticity of the volume (`intervals.volume_plasticity`). The latter
@@ -410,6 +408,9 @@ class _ContactDraws:
         self.result, self.measured, self.draws, self.seed = result, measured, draws, seed
         self.smooth = np.zeros(measured.shape)
         self.map = filters.resample(measured.heights, measured.shape)
+        self.estimate: Callable[[Array], Array] = partial(filters.resample, shape=measured.shape)
+        if draws and measured.instrument.tip_radius:
+            self.estimate = measured.simulate({}, seed)[2]
         # A periodic surface has no step between its edges: leveling caused the step.
         is_split = measured.heights is not result.surface.heights
         if is_split and not (result.boundary.periodic_axes and measured.form):
@@ -463,7 +464,7 @@ class _ContactDraws:
             yield ("draw", k), self._solve_heights(drawn + self.smooth)
             yield ("twin", k), self._solve_heights(twin)
             # On the same grid, so that its error cancels.
-            yield ("image", k), self._solve_heights(filters.resample(image, self.map.shape))
+            yield ("image", k), self._solve_heights(self.estimate(image))
 
         def moved(source: Cause) -> Any:
             for name, sign in itertools.product(SOURCES[source], (-1, 1)):
@@ -492,6 +493,9 @@ class _ContactDraws:
 
         def measured() -> Any:
             yield "map", self._solve_heights(self.map + self.smooth)
+            if self.measured.instrument.tip_radius:
+                known = self.estimate(self.measured.heights)
+                yield "estimate", self._solve_heights(known + self.smooth)
             yield "measured", result
 
         jobs: dict[Any, Callable[[], Any]] = {"finer": finer, "base": base}
@@ -622,8 +626,6 @@ def _corrected_interval(
     wider = _WORN if study.measured.scale is not None else 1.0
     if study.result.ceiling is None and name in ("contact_fraction", "mean_pressure"):
         wider *= _ELASTIC_AREA
-    if study.measured.instrument.tip_radius:
-        wider *= _UNDER_A_TIP.get(name, 1.0)
     squares = {key: wider**2 * square for key, square in squares.items()}
     squares[Cause.MARKS] = missing**2
     if study.draws and not saturated:
@@ -687,17 +689,9 @@ _FULL_CORRECTION = 0.1
 # Quantities without an interval on worn maps.
 _NOT_OF_WORN = ("approach", "stiffness", "constriction_length")
 
-# Factors of half widths for worn maps, for the elastic contact area, and for a tip, calibrated on
-# 178 surfaces of the virtual instrument of the package; coverage of 180 others:
-# 96 %.
+# Factors of half widths for worn maps and for the elastic contact area, calibrated on 178 surfaces
+# of the virtual instrument of the package.
 _WORN, _ELASTIC_AREA = 1.6, 1.25
-_UNDER_A_TIP = {
-    "contact_fraction": 1.2,
-    "mean_pressure": 1.2,
-    "mean_gap": 1.5,
-    "approach": 1.25,
-    "constriction_length": 1.5,
-}
 
 
 def _corrected(
@@ -711,7 +705,8 @@ def _corrected(
         np.array([values[key, k] for k in range(count)]) for key in ("draw", "twin", "image")
     )
     bracket = twin - image
-    first, second = float(drawn.mean()), values["map"] + float(bracket.mean())
+    estimate = values.get("estimate", values["map"])
+    first, second = float(drawn.mean()), estimate + float(bracket.mean())
     # Regression of the draws on their deviations; the rest is random.
     moves = {
         key: (values[key, 1] - values[key, -1]) / 2
@@ -728,9 +723,6 @@ def _corrected(
     factor = (1 - chance) * _NORMAL**2 + chance * student(count - 1) ** 2 * (1 + 1 / count)
     scatter = float(np.var(bracket, ddof=1))
     weight = scatter / (spread + scatter) if scatter else 1.0
-    if study.measured.instrument.tip_radius:
-        # All draws have the same unreached volume of the tip: their spread is too low.
-        weight = 0.5
     width = factor * (weight * spread + (1 - weight) * scatter)
     squares = {cause: width * part / total if total else 0.0 for cause, part in parts.items()}
     if study.sampled and name not in _EXTREMES:

@@ -3,14 +3,18 @@
 `Reconstruction.draw`: pathwise conditioning. With the map y, its instrument M and a random surface
 ζ of the fitted spectrum, ``d = R(y) + ζ - R(M(ζ))`` is a draw of the surface, where R undoes the
 transfer. For a linear M and the best R it is an exact draw of the Gaussian posterior; else the
-error of R is transferred from ζ to y.
+error of R is transferred from ζ to y. It must not depend on the place: a residual valley of ζ on a
+summit of y lowers the summit.
 
 Wilson et al. 2021, arXiv:2011.04026
 
 R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. A tip is first
-inverted by erosion with its shape. Waves beyond q_r of a map, and of M(ζ), first get the power that
-the model predicts for their length: an inaccurate transfer would amplify them without limit, as
-well as the rims of filled points and the step between the edges of a leveled map.
+inverted by erosion with its shape, which is exact where the tip touches. Elsewhere a valley is
+deeper, in proportion to the height by which a tip of twice the radius fills it. The factor is the
+regression of the error of R on ζ, so that this error does not depend on the height filled. Waves
+beyond q_r of a map, and of M(ζ), first get the power that the model predicts for their length: an
+inaccurate transfer would amplify them without limit, as well as the rims of filled points and the
+step between the edges of a leveled map.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
@@ -40,9 +44,9 @@ Moisan 2011, doi:10.1007/s10851-010-0227-1
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from statistics import NormalDist
 
 import numpy as np
@@ -326,13 +330,37 @@ class Reconstruction:
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
         """Return a draw of the surface, and a random surface with its simulated map."""
-        maps, instrument = self._drawn_scale(deviations), self.drawn_instrument(deviations)
-        spectrum = maps.spectrum(instrument, deviations, seed)
-        twin = maps.surface(spectrum, seed)
-        image = maps.image(twin, instrument, np.random.default_rng([seed, 1]))
-        known = maps.invert_image(self.heights, spectrum, instrument)
-        drawn = known + maps.to_even_scale(twin) - maps.invert_image(image, spectrum, instrument)
+        maps = self._drawn_scale(deviations)
+        twin, image, estimate = maps.simulate(deviations, seed)
+        drawn = estimate(self.heights) + maps.to_even_scale(twin) - estimate(image)
         return maps.from_even_scale(drawn), twin, image
+
+    def simulate(
+        self, deviations: Deviations, seed: int
+    ) -> tuple[Array, Array, Callable[[Array], Array]]:
+        """Return a random surface, its simulated map, and the function R on the even scale."""
+        instrument = self.drawn_instrument(deviations)
+        spectrum = self.spectrum(instrument, deviations, seed)
+        twin = self.surface(spectrum, seed)
+        image = self.image(twin, instrument, np.random.default_rng([seed, 1]))
+        invert = partial(self.invert_image, spectrum=spectrum, instrument=instrument)
+        if not instrument.tip_radius:
+            return twin, image, invert
+        guess, radius = invert(image), 2 * instrument.tip_radius
+        filled = self._fill(guess, radius)
+        covariance = np.mean((filled - filled.mean()) * (guess - twin))
+        share = float(covariance / max(filled.var(), 1e-300))
+
+        def deepen(part: Array) -> Array:
+            known = invert(part)
+            return np.asarray(known - share * self._fill(known, radius))
+
+        return twin, image, deepen
+
+    def _fill(self, heights: Array, tip_radius: float) -> Array:
+        """Return the height by which a tip fills the valleys of a surface."""
+        closed = -dilated(-dilated(heights, self.fine, tip_radius), self.fine, tip_radius)
+        return np.asarray(closed - heights)
 
     @property
     def structure(self) -> tuple[float, float]:
@@ -357,8 +385,11 @@ class Reconstruction:
     def is_worn(self) -> bool:
         """Whether short waves are weaker on summits than elsewhere, beyond random scatter.
 
-        Summits between the marks of a tool are smooth by form; wear skews the heights as well.
+        Summits between the marks of a tool are smooth by form; wear skews the heights as well. A
+        tip touches summits: no waves of another height are added to them.
         """
+        if self.instrument.tip_radius:
+            return False
         if self.marks > _MARKED and self.structure[0] > _WORN:
             return False
         rough, chance = np.array([maps._summits for maps in (self, *self.others)]).T
