@@ -11,16 +11,15 @@ from roughcontact.analyses.history.model import history as load_history
 from roughcontact.contact.ceiling import (
     CEILING_TOLERANCE,
     MAX_SOLVES,
-    _recommend,
     ceiling_factor,
+    recommend_ceiling,
     recommended_ceiling,
 )
-from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import calibrated_area_change, recommended_ceiling_of
 from roughcontact.contact.result import Regime
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Swift
-from roughcontact.report import kinds, python_script
+from roughcontact.report import kinds, phrases, python_script
 from roughcontact.report.kind import PROBLEM
 from roughcontact.surface import shapes
 from roughcontact.surface.roughness import rms_gradient
@@ -290,7 +289,7 @@ def test_a_load_above_three_yield_strengths_names_the_calibrated_ceiling() -> No
     assert "with three yield strengths" not in str(result)
 
 
-def test_too_low_calibrated_ceiling_raises_capacity_error() -> None:
+def test_too_low_calibrated_ceiling_keeps_the_usual_one() -> None:
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
     body = rc.Material(210e9, 0.3, 1e9)
@@ -299,24 +298,26 @@ def test_too_low_calibrated_ceiling_raises_capacity_error() -> None:
     assert recommended_ceiling(usual).ceiling < 2.9e9
     # No message recommends what is refused.
     assert recommended_ceiling_of(usual) is None
-    with pytest.raises(rc.CapacityError, match=r"calibrated ceiling, .* strengths, is too low"):
-        rc.solve(surface, material=body, load=load, ceiling="calibrated")
+    kept = rc.solve(surface, material=body, load=load, ceiling="calibrated")
+    assert (kept.ceiling, kept.contact_area) == (usual.ceiling, usual.contact_area)
+    assert "Ceiling stays at 3 σ_Y: the calibrated one" in str(kept.cautions)
 
 
-@pytest.mark.parametrize(
-    ("body", "is_flat", "words"),
-    [
-        (rc.Material(210e9, 0.3), False, 'ceiling="calibrated" needs the yield'),
-        (rc.Material(400e9, 0.2, hardness=15e9), False, 'ceiling="calibrated" needs the yield'),
-        (STEEL, True, "these have none: single pixels, or flats"),
-    ],
-)
-def test_calibrated_ceiling_without_strength_or_slope_raises_input_error(
-    body: rc.Material, is_flat: bool, words: str
-) -> None:
-    surface = FLAT if is_flat else sphere(12).surface
-    with pytest.raises(rc.InputError, match=words):
-        rc.solve(surface, material=body, load=0.16, ceiling="calibrated")
+def test_spots_without_slope_keep_the_usual_ceiling() -> None:
+    usual, kept = (
+        rc.solve(FLAT, material=STEEL, load=0.16, ceiling=ceiling)
+        for ceiling in ("auto", "calibrated")
+    )
+    assert kept.ceiling == usual.ceiling
+    assert math.isnan(kept.calibration.mismatch)
+    assert "Ceiling stays at 3 σ_Y: single pixels" in str(kept.cautions)
+    assert "3 yield strengths, not calibrated" in phrases.ceiling(kept)
+
+
+@pytest.mark.parametrize("body", [rc.Material(210e9, 0.3), rc.Material(400e9, 0.2, hardness=15e9)])
+def test_calibrated_ceiling_without_strength_raises_input_error(body: rc.Material) -> None:
+    with pytest.raises(rc.InputError, match='ceiling="calibrated" needs the yield'):
+        rc.solve(sphere(12).surface, material=body, load=0.16, ceiling="calibrated")
 
 
 def test_elastic_counter_body_lowers_ceiling_below_equal_bodies() -> None:
@@ -403,12 +404,8 @@ def test_calibration_is_saved_and_shown(tmp_path: Path) -> None:
 def test_a_ceiling_is_recommended_for_any_moduli(
     young: float, counter_young: float, strengths: tuple[float | None, float | None]
 ) -> None:
-    first, second = (
-        rc.Material(young, 0.3, strengths[0]),
-        rc.Material(counter_young, 0.3, strengths[1]),
-    )
-    pair = Pair(FLAT, material=first, counter_material=second)
+    bodies = (rc.Material(young, 0.3, strengths[0]), rc.Material(counter_young, 0.3, strengths[1]))
     for mean in (1e-6, 1e3, 1e12):
-        found = _recommend(pair, pair.softer, 0.01, mean)
+        found = recommend_ceiling(bodies, 0.01, mean)
         assert 0 < found.ceiling < math.inf
         assert 0 < found.slope < math.inf

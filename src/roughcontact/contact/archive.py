@@ -188,6 +188,7 @@ _CALIBRATED = {
     "change": "1",
     "certificate": "1",
     "convolutions": "1",
+    "max_indentation": "m",
 }
 _WORDS = ("boundary", "precision", "control", "status", "version")
 # Attributes that are properties of the bodies.
@@ -466,7 +467,8 @@ def _read_scalars(attributes: dict[str, Any]) -> dict[str, Any]:
         }
         scalars["calibration"] = CalibrationRecord(**text | {"solves": int(text["solves"])})
     if "calibrated_ceiling" in attributes:
-        text = {name: float(attributes[f"calibrated_{name}"]) for name in _CALIBRATED}
+        # Files of earlier versions have no indentation.
+        text = {name: float(attributes.get(f"calibrated_{name}", "nan")) for name in _CALIBRATED}
         text |= {"control": scalars["control"], "convolutions": int(text["convolutions"])}
         scalars["calibrated"] = Calibrated(**text)
     if "uncertainty" in attributes:

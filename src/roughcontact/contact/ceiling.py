@@ -77,7 +77,12 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.material.hardening import flow_stress
-from roughcontact.material.material import CEILING_FACTOR, Material, softer_material
+from roughcontact.material.material import (
+    CEILING_FACTOR,
+    Material,
+    contact_modulus,
+    softer_material,
+)
 from roughcontact.theory import indenters
 from roughcontact.units import format_engineering
 
@@ -188,7 +193,8 @@ def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
         return None
     mean = result.load / result.perimeter_corrected_area
     nominal = 0.0 if result.boundary.free_axes else result.load / result.touchable_area
-    return _recommend(result.pair, body, slope, mean, nominal)
+    bodies = result.material, result.counter_material
+    return recommend_ceiling(bodies, slope, mean, nominal)
 
 
 def coated_ceilings(pair: Pair) -> dict[str, float]:
@@ -248,27 +254,29 @@ def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float
     return mean(slope, ceiling) / known - 1
 
 
-def _recommend(
-    pair: Pair, softer: Material, slope: float, mean: float, nominal: float = 0.0
+def recommend_ceiling(
+    pair: tuple[Material, Material], slope: float, mean: float, nominal: float = 0.0
 ) -> CalibratedCeiling:
     """Return the calibrated ceiling for this a/R, mean pressure and nominal pressure [Pa]."""
-    bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
+    softer, modulus = softer_material(*pair), contact_modulus(*pair)
+    bodies = [item for item in pair if item.compliance > 0]
     load = slope**2 * mean
     # With the calibrated ceiling the same load is carried at another slope.
     slope = _slope_of_load_ratio(load, lambda s: _share_pressure(bodies, s)[0])
     borne, *taken = _share_pressure(bodies, slope)
     parts = dict(zip(map(id, bodies), taken, strict=True))
-    yielding = [item for item in (pair.material, pair.counter_material) if item.yield_strength]
+    yielding = [item for item in pair if item.yield_strength]
     flow = {id(item): _flow_stress(item, parts.get(id(item), 0.0)) for item in yielding}
     first = min(flow[id(item)] * _first_yield(item) for item in yielding)
-    result = indenters.ceiling(pair.contact_modulus * slope, borne, first)
+    result = indenters.ceiling(modulus * slope, borne, first)
     bounds = [CEILING_FACTOR * flow[id(item)] for item in yielding]
     bounds += [item.hardness for item in bodies if item.hardness]
     separate = min(result, *bounds)
     ceiling = separate * confinement(nominal / separate)
+    assert softer is not None
     assert softer.yield_strength is not None
     return CalibratedCeiling(
-        load_ratio=6 * pair.contact_modulus**2 * load / (math.pi**2 * first**3),
+        load_ratio=6 * modulus**2 * load / (math.pi**2 * first**3),
         slope=slope,
         flow_stress=flow[id(softer)],
         first_yield=first,
@@ -319,28 +327,36 @@ def _first_yield(body: Material) -> float:
 def solve_calibrated(
     first: ContactResult, again: Callable[[float, ContactResult], ContactResult]
 ) -> ContactResult:
-    """Return the contact under a ceiling that agrees with the one calibrated from it."""
+    """Return the contact under a ceiling that agrees with the one calibrated from it.
+
+    Where no slope or no calibrated ceiling that carries the load is found, the last ceiling stays,
+    with a ``mismatch`` of NaN.
+    """
     if not first.converged or first.regime is Regime.BELOW_FIRST_YIELD:
         return first
-    result, advice = first, _advice(first)
+    result, advice = first, recommended_ceiling(first)
     chosen, solves = advice, 1
     while (
-        solves < MAX_SOLVES
+        advice is not None
+        and solves < MAX_SOLVES
         and abs(advice.ceiling / _uniform_ceiling(result) - 1) > CEILING_TOLERANCE
     ):
-        chosen, solves = advice, solves + 1
+        chosen = advice
         try:
             result = again(chosen.ceiling, result)
-        except CapacityError as error:
-            raise _too_low(chosen, error) from None
+        except CapacityError:
+            advice = None
+            break
+        solves += 1
         if not result.converged:
             return result
-        advice = _advice(result)
+        advice = recommended_ceiling(result)
+    ceiling, body = _uniform_ceiling(result), first.pair.softer
     text = CalibrationRecord(
         load=result.load,
-        load_ratio=chosen.load_ratio,
-        factor=_uniform_ceiling(result) * chosen.factor / chosen.ceiling,
-        mismatch=advice.ceiling / _uniform_ceiling(result) - 1,
+        load_ratio=math.nan if chosen is None else chosen.load_ratio,
+        factor=ceiling / ((body and body.yield_strength) or math.nan),
+        mismatch=math.nan if advice is None else advice.ceiling / ceiling - 1,
         solves=solves,
         usual_ceiling=_uniform_ceiling(first),
         usual_contact_area=first.contact_area,
@@ -354,26 +370,6 @@ def _uniform_ceiling(result: ContactResult) -> float:
     """Return the ceiling of a result with the same ceiling at all pixels."""
     assert isinstance(result.ceiling, float)
     return result.ceiling
-
-
-def _advice(result: ContactResult) -> CalibratedCeiling:
-    advice = recommended_ceiling(result)
-    if advice is None:
-        raise InputError(
-            f"{ArgumentRef('ceiling', CALIBRATED)} depends on the slope within the contact spots, "
-            f"and these have none: single pixels, or flats; give a {ArgumentRef('ceiling')} in Pa"
-        )
-    return advice
-
-
-def _too_low(chosen: CalibratedCeiling, error: CapacityError) -> CapacityError:
-    return CapacityError(
-        f"the calibrated ceiling, {chosen.factor:.3g} yield strengths, is too low: ",
-        *error.sentence,
-        "; for contact of nearly the whole map use ",
-        ArgumentRef("ceiling", "auto"),
-        ", three yield strengths",
-    )
 
 
 def _contact_slope(result: ContactResult) -> float:

@@ -341,6 +341,16 @@ def deviating_ceiling(result: ContactResult) -> CalibratedCeiling | None:
     return advice if change >= MIN_AREA_CHANGE else None
 
 
+def other_ceiling(result: ContactResult) -> float | None:
+    """Return the second ceiling of a contact [Pa]: calibrated, or for a calibrated one 3 σ_Y."""
+    if result.calibration is None:
+        advice = deviating_ceiling(result)
+        return None if advice is None else advice.ceiling
+    usual = result.calibration.usual_ceiling
+    change = result.calibration.usual_contact_area / result.contact_area - 1
+    return usual if abs(change) >= MIN_AREA_CHANGE else None
+
+
 def calibrated_area_change(result: ContactResult, advice: CalibratedCeiling) -> float:
     """Return the relative change of the contact area under the calibrated ceiling."""
     ceiling = result.ceiling
@@ -551,7 +561,14 @@ def _check_ceiling(result: ContactResult) -> Caution | None:
     # At most one caution about the ceiling.
     if result.regime in _BEYOND:
         return None
-    if result.calibration is not None or body.tabor_ratio is not None:
+    known = result.calibration
+    if known is not None and math.isnan(known.mismatch):
+        reason = "the calibrated one does not carry the load"
+        if math.isnan(known.load_ratio):
+            reason = "single pixels and flats have no slope to calibrate it"
+        text = f"Ceiling stays at {known.factor:.3g} σ_Y: {reason}."
+        return as_caution(CautionTag.CEILING, text)
+    if known is not None or body.tabor_ratio is not None:
         return None
     answer = recommended_ceiling_of(result)
     if answer is None or answer.load_ratio < TRANSITION:

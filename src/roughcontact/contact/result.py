@@ -65,6 +65,7 @@ class Calibrated:
     change: float  # Largest relative change of contact area, saturated area and mean gap
     certificate: float  # Certificate ε
     convolutions: int  # Number of convolutions
+    max_indentation: float = math.nan  # Largest residual indentation [m]
 
     @property
     def is_of_base(self) -> bool:
@@ -88,7 +89,7 @@ class CalibrationRecord:
     load: float  # Load at which the spots were evaluated [N]
     load_ratio: float  # Load ratio of the `CalibratedCeiling` used
     factor: float  # Factor of the `CalibratedCeiling` used
-    mismatch: float
+    mismatch: float  # Relative change of the ceiling by one more solve; NaN if not calibrated
     solves: int  # Number of solves, the first with three yield strengths
     usual_ceiling: float  # Three yield strengths [Pa]
     usual_contact_area: float  # Contact area with it [m²]

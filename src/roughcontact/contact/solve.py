@@ -331,6 +331,7 @@ def _solve_again(
         for n in areas_and_gap
     )
     named = {n: getattr(result, n) for n in Calibrated.__dataclass_fields__ if hasattr(result, n)}
+    named["max_indentation"] = result.totals.max_indentation
     return Calibrated(**named, factor=factor, load_ratio=load_ratio, change=max(changes))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from roughcontact._tools.statistics import Mean
 from roughcontact.contact import load_case
 from roughcontact.contact.ceiling import CEILING_TOLERANCE
 from roughcontact.contact.nominal_hertz import has_nominal_body, shape_of
-from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.contact.result import MIN_SHOWN_CHANGE, ContactResult, Regime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer_material
 from roughcontact.solvers.progress import Progress, Step
@@ -208,11 +208,56 @@ _FEW_LOADS = 4
 
 def recommended(result: CalibrationRecord) -> str:
     """Return the method of a self-consistent ceiling as text."""
+    if math.isnan(result.mismatch):
+        return f"{result.factor:.3g} yield strengths, not calibrated"
     times = float(f"{result.load_ratio:.2g}")
     text = f"calibrated: {result.factor:.3g} yield strengths at {times:g} times first yield"
     if abs(result.mismatch) > CEILING_TOLERANCE:
         text += f", where its own solution gives {format_change(result.mismatch)}"
     return text
+
+
+def under_other_ceiling(result: ContactResult) -> str:
+    """Return contact and gap under the second ceiling; empty without a noticeable difference."""
+    known, other = result.calibration, result.calibrated
+    if known is not None:
+        change = known.usual_contact_area / result.contact_area - 1
+        if abs(change) <= MIN_SHOWN_CHANGE:
+            return ""
+        share = format_share(result.contact_fraction * (1 + change))
+        usual = format_engineering(known.usual_ceiling, "Pa", 3)
+        return f"With three yield strengths ({usual}): contact {share} ({format_change(change)})"
+    if other is None or not other.differs:
+        return ""
+    area = format_change(other.contact_fraction / result.contact_fraction - 1)
+    gap = format_change(other.mean_gap / result.mean_gap - 1) if result.mean_gap else "0 %"
+    ceiling = f"calibrated ceiling ({other.factor:.3g} σ_Y)"
+    if other.is_of_base:
+        ceiling = f"ceiling of the base ({format_engineering(other.ceiling, 'Pa', 3)})"
+    return (
+        f"With the {ceiling}: contact {format_share(other.contact_fraction)} ({area}), mean gap "
+        f"{format_short(other.mean_gap, 'm')} ({gap})"
+    )
+
+
+def ceiling_heads(first: Any, other: Any) -> tuple[str, str]:
+    """Return the heads of two columns under the two ceilings of contacts or estimates."""
+    names = ("ceiling", "calibrated")
+    names = names[::-1] if getattr(first, "calibration", None) else names
+    one, two = (
+        f"{name} {format_engineering(float(np.max(item.ceiling or 0)), 'Pa', 3)}"
+        for name, item in zip(names, (first, other), strict=True)
+    )
+    return one, two
+
+
+def with_range(value: float, other: float | None, form: Callable[[float], str]) -> str:
+    """Return a value as text, with the range to its value under the second ceiling."""
+    text = form(value)
+    if other is None or form(other) == text:
+        return text
+    low, high = sorted((value, other))
+    return f"{text} ({range_text(low, high, form)})"
 
 
 def with_usual_ceiling(result: ContactResult) -> str:

@@ -224,11 +224,11 @@ class JointContacts:
 
         largest, arguments = result.largest, self.request.arguments(self.maps)
         arguments |= {"surface": self.maps[0], "load": largest.total_load}
-        advice, pair = plausibility.deviating_ceiling(largest), coarsen_pair(largest.pair)
+        ceiling, pair = plausibility.other_ceiling(largest), coarsen_pair(largest.pair)
         # The longer solve comes first, so that the remaining time is overestimated.
         variants: dict[str, dict[str, Any]] = {}
-        if advice is not None:
-            variants["calibrated ceiling"] = {"ceiling": advice.ceiling}
+        if ceiling is not None:
+            variants["calibrated ceiling"] = {"ceiling": ceiling}
         if pair is not None and (largest.ceiling is None or isinstance(largest.ceiling, float)):
             variants["coarser grid"] = {
                 "surface": pair.surface,

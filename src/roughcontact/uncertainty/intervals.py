@@ -260,7 +260,7 @@ def joint_interval(
     """Return the interval of a joint quantity, from two further solutions of its contact.
 
     ``coarser`` is its relative change on twice the pixel, ``calibrated`` the relative changes of
-    the quantity and of the contact area under the calibrated ceiling; NaN if unknown. Two grids
+    the quantity and of the contact area under the other ceiling; NaN if unknown. Two grids
     give three times their difference to either side (Roache 1994). The error of the calibrated
     ceiling is the error of the area, times the change of the quantity over the change of the area.
     """
@@ -268,6 +268,8 @@ def joint_interval(
     if contact.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN):
         change, area = calibrated
         rate = abs(math.log1p(change) / math.log1p(area)) if change > -1 and area else math.nan
+        # A calibrated contact is compared with three yield strengths for the rate alone.
+        change = change if contact.calibration is None else 0.0
         error = rate * (plausibility.shown_error(contact) + _ONE_SPHERE) * (1 + change)
         doubts.insert(0, ErrorSource(Cause.YIELDING, *_change_bounds(change, error)))
     return Interval(name, value, tuple(_possible(doubt, name, value) for doubt in doubts))

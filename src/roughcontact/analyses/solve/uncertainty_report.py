@@ -123,6 +123,15 @@ def area_interval(result: ContactResult, study: ResolutionStudy | None = None) -
     return next((item for item in intervals if item.name == "contact_fraction"), None)
 
 
+def area_ends(result: ContactResult) -> tuple[float, float] | None:
+    """Return the ends of the contact fraction; None if an end or the yielding is unknown."""
+    interval = area_interval(result)
+    if interval is None or Cause.YIELDING in interval.unknown:
+        return None
+    ends = interval.low, interval.high
+    return ends if ends[0] < ends[1] < math.inf else None
+
+
 _SHORT = {
     Cause.RIM: "spot perimeter",
     Cause.GRID: "pixel",
@@ -206,7 +215,8 @@ def under_calibrated(joint: Any, index: int) -> str:
     """Return the change of a quantity of a joint under the calibrated ceiling as text."""
     known = joint.calibrated
     change = format_change(known.numbers[index])
-    return f"calibrated ceiling ({format_engineering(known.ceiling, 'Pa', 3)}) {change}"
+    name = "calibrated ceiling" if joint.largest.calibration is None else "ceiling of 3 σ_Y"
+    return f"{name} ({format_engineering(known.ceiling, 'Pa', 3)}) {change}"
 
 
 def has_ends(interval: Interval) -> bool:
