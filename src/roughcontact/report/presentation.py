@@ -29,6 +29,7 @@ from roughcontact.report import (
 )
 from roughcontact.report.figures import FRONT, RESULTS, Illustrations, Plots
 from roughcontact.report.kind import (
+    ABSENT,
     ANSWER,
     PROBLEM,
     TRUST,
@@ -90,6 +91,7 @@ class Presentation:
     profile_figures: Illustrations = ()
     profile_plots: Plots = ()
     contact_name = ""  # Attribute of the result that holds its contact, if any
+    contact_state = ""  # State of the contact, if it is not that of the answer
 
     def __init__(
         self, result: Any, study: Any = None, onset: Any = None, is_drawn: bool = True
@@ -260,8 +262,20 @@ class Presentation:
     def headline(self) -> Headline:
         """Return problem, answer, key quantities and remarks."""
         heads, rows = self.numbers()
-        remarks = tuple(filter(None, self.remarks()))
-        return Headline(self.problem(), self.answer(), heads, first_and_last(rows), remarks)
+        other = getattr(self.result, "calibrated", None)
+        if isinstance(other, type(self.result)) and not heads:
+            # The same rows under the second ceiling.
+            second = presentation_of(other)
+            limits = self.contact or self.result, second.contact or other
+            heads = ("", *phrases.ceiling_heads(*limits))
+            texts = {row[0]: row[1] for row in second.numbers()[1]}
+            rows = [(*row, texts.get(row[0], ABSENT)) for row in rows]
+        remarks = list(filter(None, self.remarks()))
+        # The last line is the accuracy of the solution.
+        if self.contact is not None and (text := phrases.under_other_ceiling(self.contact)):
+            state = self.contact_state
+            remarks.insert(-1, f"{state}, {text[:1].lower()}{text[1:]}" if state else text)
+        return Headline(self.problem(), self.answer(), heads, first_and_last(rows), tuple(remarks))
 
     def summary(self) -> dict[str, Any]:
         """Return the values of the result by name, in SI units, ready for JSON."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import RoughcontactError, Sentence, message_parts
-from roughcontact.request.options import FOLDER
+from roughcontact.request.options import CEILING, FOLDER, MAX_ITERATIONS
 from roughcontact.request.outputs import SavedSteps, Say, UnfinishedError
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
@@ -65,6 +65,15 @@ class TaskContext:
     def extra_cautions(self) -> tuple[Caution, ...]:
         """Cautions from the measurement."""
         return remarks_on(self.request, self.maps)
+
+    def add_calibrated(self, contact: ContactResult) -> ContactResult:
+        """Return a contact with its changes under its second ceiling, the rule of all tasks."""
+        from roughcontact.contact.solve import add_calibrated
+
+        if contact.ceiling is None or not contact.converged:
+            return contact
+        ceiling, iterations = self.request[CEILING], self.request.solver(MAX_ITERATIONS)
+        return add_calibrated(contact, ceiling, **iterations, progress=self.look)
 
     @contextmanager
     def report_saved_steps_on_interrupt(

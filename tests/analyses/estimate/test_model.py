@@ -277,8 +277,8 @@ def test_estimate_takes_few_milliseconds() -> None:
         began = time.process_time()
         estimate_steel(200e6)
         spent.append(time.process_time() - began)
-    # Processor time, since the machine may be busy; the best of many, as clocks are coarse.
-    assert min(spent) < 3e-3
+    # Under both ceilings. Processor time, since the machine may be busy; the best of many.
+    assert min(spent) < 6e-3
 
 
 # --- refusals
@@ -440,7 +440,7 @@ def test_command_prints_table_and_json(capsys: pytest.CaptureFixture[str], tmp_p
     asked = [*COMMAND, "--pressure", "200 MPa", "--verbose", "--output", str(written)]
     assert app.main(asked) == app.SOLVED
     out = capsys.readouterr().out
-    assert "About 6.7 % (6.7 to 6.8 %) of the face is in contact." in out
+    assert "About 6.7 % (6.7 to 7.6 %) of the face is in contact." in out
     assert "Real contact A/A₀" in out
     assert "Persson's theory" in out
     assert "Mean depth with plastic strain" in out
@@ -497,7 +497,7 @@ def test_a_map_outside_the_formulas_is_named(
         ([*COMMAND, "--pressure", "1 kPa"], "--pressure is outside the range of the formulas"),
         ([*COMMAND, "--pressure", "1 MPa", "--ra", "1 um"], "--ra needs --finish"),
         ([*COMMAND, "--finish", "milled", "--pressure", "1 MPa"], "--finish needs --ra"),
-        ([*COMMAND, "--pressure", "200 MPa", "--ceiling", "calibrated"], "--ceiling"),
+        ([*COMMAND, "--pressure", "1 MPa", "--ceiling", "high"], "--ceiling"),
     ],
 )
 def test_command_rejects_input_in_one_sentence(

@@ -15,6 +15,7 @@ from roughcontact._tools import memory, statistics
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.statistics import Components, Difference, Mean
 from roughcontact.analyses.compare.sampling import (
+    CALIBRATED_NUMBERS,
     CONTACT,
     CURVES,
     NUMBERS,
@@ -35,7 +36,7 @@ from roughcontact.cautions import (
     sort_cautions,
 )
 from roughcontact.contact.load_case import spaced
-from roughcontact.contact.result import BASE, COATING
+from roughcontact.contact.result import BASE, CALIBRATED, COATING, MIN_SHOWN_CHANGE
 from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
 from roughcontact.halfspace.gpu import runs_on_device
 from roughcontact.material.material import RIGID, Material
@@ -107,6 +108,25 @@ class Comparison(Result):
             for group in self.groups
         )
         return replace(self, groups=groups) if all(group.samples for group in groups) else None
+
+    @cached_property
+    def calibrated(self) -> Comparison | None:
+        """Comparison under the calibrated ceiling; None if it is not known or changes nothing."""
+        if self.base is not None or not all(item.calibrated for item in self.samples):
+            return None
+        changes = [
+            abs(item.calibrated[name] / item.numbers[name] - 1)
+            for item in self.samples
+            for name in ("contact_fraction", "mean_gap")
+            if item.numbers[name]
+        ]
+        if max(changes, default=0.0) <= MIN_SHOWN_CHANGE:
+            return None
+        groups = (
+            replace(group, samples=tuple(replace(x, is_calibrated=True) for x in group.samples))
+            for group in self.groups
+        )
+        return replace(self, groups=tuple(groups))
 
     @property
     def names(self) -> list[str]:
@@ -255,12 +275,16 @@ class Comparison(Result):
 def rows_by_ceiling(comparison: Comparison) -> list[tuple[str, str, Comparison]]:
     """Return quantity, ceiling and comparison of each row of a table.
 
-    Contact quantities of coated bodies have one row for each ceiling, if both were requested.
+    Contact quantities have a second row for the calibrated ceiling if it is known, and those of
+    coated bodies one for each ceiling if both were requested.
     """
-    both = {COATING: comparison, BASE: comparison.base}
+    both = {"": comparison, CALIBRATED: comparison.calibrated}
+    known: Sequence[str] = CALIBRATED_NUMBERS
+    if comparison.base is not None:
+        both, known = {COATING: comparison, BASE: comparison.base}, CONTACT
     rows = []
     for name in comparison.names:
-        cases = {"": comparison} if comparison.base is None or name not in CONTACT else both
+        cases = both if name in known else {"": comparison}
         rows += [(name, ceiling, case) for ceiling, case in cases.items() if case is not None]
     return rows
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,7 @@ from roughcontact.analyses.compare.sampling import (
 )
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.sweep import fields as sweep_fields
-from roughcontact.contact.result import BASE, COATING
+from roughcontact.contact.result import BASE, CALIBRATED, COATING
 from roughcontact.drawing.style import prefixed
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
@@ -251,6 +252,16 @@ def _components(comparison: Comparison) -> dict[str, Any]:
     return {name: asdict(item) for name, item in result.items() if item is not None}
 
 
+def _under_other_ceiling(comparison: Comparison, name: str) -> dict[str, Any] | None:
+    """Return groups, differences and components under the other ceiling, if known."""
+    other = getattr(comparison, name)
+    return other and {
+        "groups": _groups(other),
+        "differences": _differences(comparison, other),
+        "components": _components(other),
+    }
+
+
 def _pressures(values: Sequence[float]) -> str:
     first, last = (format_engineering(value, "Pa") for value in (values[0], values[-1]))
     below = f"; curves from {first} in {len(values)} steps" if len(values) > 1 else ""
@@ -269,16 +280,9 @@ COMPARISON = (
     Quantity("groups", of=_groups),
     Quantity("differences", of=lambda c: _differences(c, c)),
     Quantity("components", of=_components),
-    Quantity(
-        "base",
-        of=lambda c: (
-            c.base
-            and {
-                "groups": _groups(c.base),
-                "differences": _differences(c, c.base),
-                "components": _components(c.base),
-            }
-        ),
+    *(
+        Quantity(name, of=partial(_under_other_ceiling, name=name))
+        for name in ("base", "calibrated")
     ),
     Quantity(
         "worst_certificate", "certificates $ε$", part=TRUST, form=lambda v: f"{v:.1e} at most"
@@ -323,7 +327,7 @@ _CELLS = ("quantity", "unit", "group", "maps", "mean", "deviation", "low", "high
 
 COMPARISON_COLUMNS = (
     *(Column(key, of=_cell(index)) for index, key in enumerate(_CELLS)),
-    Column("ceiling", of=_cell(len(_CELLS)), when=lambda c: c.base is not None),
+    Column("ceiling", of=_cell(len(_CELLS)), when=lambda c: bool(c.base or c.calibrated)),
 )
 """Columns of the means and differences of a `Comparison`."""
 
@@ -594,6 +598,9 @@ class ComparisonPresentation(Presentation):
             if result.base is not None:
                 other = _mean(name, result.base.mean(0, name))
                 under = f" under the ceiling of the coating, {other} under that of the base"
+            elif result.calibrated is not None:
+                other = _mean(name, result.calibrated.mean(0, name)).partition(" (s ")[0]
+                under = f", {other} under the calibrated ceiling"
             return f"On average {share} of the face is in contact{under}."
         groups, change = result.groups, _change(result, name)
         cases = [result] if result.base is None else [result, result.base]
@@ -605,6 +612,9 @@ class ComparisonPresentation(Presentation):
                 f"{change} under the ceiling of the coating, {_change(result, name, result.base)} "
                 "under that of the base"
             )
+        elif result.calibrated is not None:
+            other = _change(result, name, result.calibrated)
+            change = f"{change}, {other} under the calibrated ceiling"
         if result.is_significant(name):
             return f"The contact area differs: {pair} {change.replace(' *', '')}, {LEVEL}."
         if result.is_ceiling_dependent(name):
@@ -630,7 +640,7 @@ class ComparisonPresentation(Presentation):
                 *([_change(result, name, case)] if several else ()),
             )
             for name, ceiling, case in rows_by_ceiling(result)
-            if name in _FIRST
+            if name in _FIRST and (ceiling != CALIBRATED or name == _FIRST[0])
         ]
         return ("", *heads, *(["difference"] if several else ())), rows
 

@@ -68,6 +68,7 @@ class Sample:
     calibrated: Mapping[str, float] = field(default_factory=dict)
     # The map under the ceiling of the base of a coated body, if both ceilings were requested
     base: Sample | None = None
+    is_calibrated: bool = False  # Whether its numbers are those under the calibrated ceiling
 
     @property
     def other_ceiling(self) -> dict[str, float]:
@@ -77,6 +78,8 @@ class Sample:
     @property
     def contact_numbers(self) -> dict[str, float]:
         """The `CONTACT` quantities by name, in SI units."""
+        if self.is_calibrated:
+            return {name: self.calibrated.get(name, math.nan) for name in CONTACT}
         return {name: self.over_pressure(name)[-1] for name in CONTACT}
 
     @property

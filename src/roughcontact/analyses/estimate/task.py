@@ -36,13 +36,6 @@ COUNTER_FINISH = Option.value(
 NOMINAL_PRESSURE = Option.value(
     "pressure", PRESSURE, 'Nominal pressure (load over nominal area): "20 MPa".'
 )
-CEILING: Option[str | float | None] = Option(
-    "ceiling",
-    parsing.ceiling,
-    'Pressure ceiling: "3 GPa", "62 HRC", auto (3σ_Y) or none (elastic); default: auto.',
-    "auto",
-    label="Pressure ceiling",
-)
 OUTPUT = Option.file("output", "Estimate as JSON.", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
 _DRAWING: tuple[Option[Any], ...] = (RA, FINISH, COUNTER_RA, COUNTER_FINISH)
@@ -62,7 +55,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             pressure=request.needed(NOMINAL_PRESSURE),
             material=material,
             counter_material=counter_material,
-            ceiling=request[CEILING],
+            ceiling=request[options.CEILING],
             **specified,
         )
     except InputError as error:
@@ -94,7 +87,7 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
         *_PARAMETERS,
         *_DRAWING,
         NOMINAL_PRESSURE,
-        CEILING,
+        options.CEILING,
         *options.MATERIALS,
         options.HARDENING,
         OUTPUT,

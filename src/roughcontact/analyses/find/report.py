@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from typing import Any
@@ -12,10 +11,19 @@ from roughcontact.analyses.solve import fields as contact_fields, uncertainty_re
 from roughcontact.analyses.solve.fields import PAIR, stored_quantity
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.report import citations, phrases
-from roughcontact.report.kind import CAUTIONS, TRUST, CellTable, Column, Quantity, Use, quantity_of
+from roughcontact.report.kind import (
+    CAUTIONS,
+    TRUST,
+    CellTable,
+    Column,
+    Quantity,
+    Use,
+    plain_value,
+    quantity_of,
+)
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
-from roughcontact.units import format_change, format_engineering, format_percent, order_of_magnitude
+from roughcontact.units import format_engineering, format_percent, order_of_magnitude
 
 _NAMES = {
     search.CONTACT: "contact",
@@ -77,7 +85,8 @@ def _answers(loads: search.LoadSearch) -> list[dict[str, Any]]:
 
 def _contact(result: Any) -> dict[str, Any]:
     """Return the stored quantities of the contact under a load that was found."""
-    return {key: quantity_of(contact_fields.CONTACT, key).value(result) for key in _KEPT}
+    known = {key: quantity_of(contact_fields.CONTACT, key).value(result) for key in _KEPT}
+    return {key: plain_value(value) for key, value in known.items()}
 
 
 _KEPT = (
@@ -90,6 +99,7 @@ _KEPT = (
     "max_pressure",
     "mean_gap",
     "regime",
+    "calibrated",
 )
 
 
@@ -179,12 +189,21 @@ class SearchPresentation(Presentation):
         wanted = _format_target(first)
         subject = wanted[:1].upper() + wanted[1:]
         pressure, under = _pressure(loads, first.load), ""
+        pair = loads.largest.pair
+        is_bounded = pair.is_profile or has_nominal_body(pair.origins)
+        is_contact = first.quantity == search.CONTACT
+        ends = uncertainty.area_ends(first.result) if is_contact else None
+        if ends is not None and loads.base is None:
+            ends = first.load * first.target / ends[1], first.load * first.target / ends[0]
+            pressure = f"{pressure} ({range_text(*ends, lambda v: _pressure(loads, v))})"
+            if is_bounded:
+                force = f"{force} ({range_text(*ends, lambda v: format_short(v, unit))})"
         if loads.base is not None:
             other = loads.base.answers[0].load
             force = range_text(first.load, other, lambda v: format_short(v, unit))
             pressure = range_text(first.load, other, lambda v: _pressure(loads, v))
             under = ", from the ceiling of the coating to that of the base"
-        if loads.largest.pair.is_profile or has_nominal_body(loads.largest.pair.origins):
+        if is_bounded:
             return f"{subject} needs {force}{under}."
         return f"{subject} needs {pressure} nominal pressure ({force}){under}."
 
@@ -214,10 +233,8 @@ class SearchPresentation(Presentation):
         for item in loads.answers:
             is_contact = item.quantity == search.CONTACT
             interval = uncertainty.area_interval(item.result) if is_contact else None
-            if interval is not None and interval.low < interval.high < math.inf:
-                ends = [item.target / end - 1 for end in (interval.high, interval.low)]
-                by = " to ".join(map(format_change, ends))
-                yield f"Model: the load for {_format_target(item)} may change by {by}"
+            if interval is not None and (text := uncertainty.sources(interval, hint=False)):
+                yield text
                 break
         certificate = max(item.certificate for item in loads.answers)
         yield phrases.worst(certificate, loads.largest.tolerance, loads.solves)

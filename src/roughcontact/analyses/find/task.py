@@ -36,8 +36,13 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         **{option.argument: request[option] for option in _WANTED},
         progress=work.look,
     )
-    largest = replace(loads.largest, extra_cautions=work.extra_cautions)
-    return Outcome(request, replace(loads, extra_cautions=work.extra_cautions), largest)
+    largest = work.add_calibrated(loads.largest)
+    answers = tuple(
+        replace(item, result=largest) if item.result is loads.largest else item
+        for item in loads.answers
+    )
+    loads = replace(loads, answers=answers, extra_cautions=work.extra_cautions)
+    return Outcome(request, loads, replace(largest, extra_cautions=work.extra_cautions))
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from roughcontact._version import __version__
 from roughcontact.analyses.history.figures import hysteresis
@@ -75,6 +76,7 @@ HISTORY = (
         when=always,
     ),
     Quantity("calibration"),
+    Quantity("calibrated", of="largest.calibrated"),
     Quantity("tolerance", of="last.tolerance"),
     Quantity("indented_body"),
     Quantity("passes", "passes", text=passes, when=lambda h: h.requested_passes > 1),
@@ -146,7 +148,10 @@ class HistoryPresentation(Presentation):
         if not depth:
             return f"The {body} keeps no indentation: no point reaches the pressure ceiling."
         settled = "; loading again adds none" if history.is_elastic_now else ""
-        deepest = phrases.format_short(depth, "m")
+        largest, other = history.under_largest, None
+        if largest.calibrated is not None and (usual := largest.totals.max_indentation):
+            other = depth * largest.calibrated.max_indentation / usual
+        deepest = phrases.with_range(depth, other, partial(phrases.format_short, unit="m"))
         return f"The {body} keeps an indentation of {deepest} at most{settled}."
 
     def remarks(self) -> tuple[str, ...]:

@@ -54,7 +54,9 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             progress=watch,
         )
     last = replace(history.last, extra_cautions=work.extra_cautions)
-    history = replace(history, last=last, extra_cautions=work.extra_cautions)
+    other = work.add_calibrated(history.under_largest).calibrated
+    largest = replace(history.largest, calibrated=other)
+    history = replace(history, last=last, largest=largest, extra_cautions=work.extra_cautions)
     return Outcome(request, history, last, {"reused": len(reused)})
 
 

@@ -291,6 +291,8 @@ class LawPresentation(Presentation):
         _, stiffness = _intervals(law)
         if uncertainty.has_ends(stiffness):
             yield uncertainty.sources(stiffness, hint=False)
+        if law.calibrated is not None:
+            yield f"Stiffness: {uncertainty.under_calibrated(law, 1)}"
         error = max(law.curve(branch).error for branch in law.branches)
         known = "" if math.isnan(error) else f"; interpolation error {100 * error:.2g} %"
         yield f"Resolved: {_range(law)}{known}"

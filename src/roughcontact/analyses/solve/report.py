@@ -47,7 +47,7 @@ from roughcontact.report.page import Block, PageTable, Picture
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
 from roughcontact.uncertainty.intervals import QUANTITIES, Cause, Interval
-from roughcontact.units import count_noun, format_change, format_engineering, format_percent
+from roughcontact.units import count_noun, format_engineering, format_percent
 
 
 class ContactWithSpots(NamedTuple):
@@ -240,22 +240,6 @@ def _in_strengths(result: ContactResult) -> str:
     return f" ({float(result.ceiling or 0) / body.yield_strength:.3g} σ_Y)"
 
 
-def _calibrated(result: ContactResult) -> str:
-    """Return contact and gap under the calibrated ceiling; empty without a difference."""
-    other = result.calibrated
-    if other is None or not other.differs:
-        return ""
-    area = format_change(other.contact_fraction / result.contact_fraction - 1)
-    gap = format_change(other.mean_gap / result.mean_gap - 1) if result.mean_gap else "0 %"
-    ceiling = f"calibrated ceiling ({other.factor:.3g} σ_Y)"
-    if other.is_of_base:
-        ceiling = f"ceiling of the base ({format_engineering(other.ceiling, 'Pa', 3)})"
-    return (
-        f"With the {ceiling}: contact {format_share(other.contact_fraction)} ({area}), mean gap "
-        f"{format_short(other.mean_gap, 'm')} ({gap})"
-    )
-
-
 class ContactPresentation(Presentation):
     """Presentation of a contact, alone and in the reports of other results."""
 
@@ -356,7 +340,6 @@ class ContactPresentation(Presentation):
                 yield uncertainty.sources(interval, instrument=hint)
             if result.measurement is not None:
                 yield from result.measurement.remarks
-            yield _calibrated(result)
         yield phrases.status(result)
 
     def meaning(self) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from roughcontact._tools.memory import STEPS
-from roughcontact.errors import ArgumentRef
+from roughcontact.errors import ArgumentRef, CapacityError
 from roughcontact.formats import export
 from roughcontact.request import measurement, options, outputs, parsing
 from roughcontact.request.options import Option
@@ -59,7 +60,7 @@ def contact(
     Another ``load`` than that of the request is given with the name of its argument.
     """
     from roughcontact.contact.load_case import LoadCase
-    from roughcontact.contact.solve import add_calibrated, solve_case
+    from roughcontact.contact.solve import solve_case
 
     pair = request.pair(work.maps)
     force, specified = request.force(pair, *(load or (request[options.LOAD],)))
@@ -76,8 +77,25 @@ def contact(
     if not calibrated or result.ceiling is None:
         return result
     work.show(result)
-    iterations = request.solver(options.MAX_ITERATIONS)
-    return add_calibrated(result, terms.ceiling, **iterations, progress=work.look)
+    return work.add_calibrated(result)
+
+
+def under_other_ceiling(
+    request: Request, work: TaskContext, first: ContactResult, **more: Any
+) -> ContactResult | None:
+    """Return the same contact under its second ceiling; None if there is none."""
+    from roughcontact.contact.ceiling import is_bracket
+    from roughcontact.contact.plausibility import other_ceiling
+    from roughcontact.contact.result import BASE
+
+    bracket = is_bracket(first.pair, request[options.CEILING])
+    ceiling = BASE if bracket else other_ceiling(first)
+    if ceiling is None:
+        return None
+    with suppress(CapacityError):
+        result = contact(request, work, calibrated=False, ceiling=ceiling, **more)
+        return result if result.converged else None
+    return None
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:

@@ -94,6 +94,8 @@ class StressResult(Result):
         The stress at the automatic depths, if other depths were given: yielding is judged there.
     base : StressResult, optional
         The same stress under the ceiling of the base of a coated body, if both were requested.
+    calibrated : StressResult, optional
+        The same stress under the calibrated ceiling, if computed.
     """
 
     solution: ContactResult
@@ -109,6 +111,7 @@ class StressResult(Result):
     faces: tuple[coating_stress.Face, ...] = ()
     overall: StressResult | None = None
     base: StressResult | None = None
+    calibrated: StressResult | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

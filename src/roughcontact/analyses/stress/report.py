@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 from roughcontact._tools.netcdf import Dataset
 from roughcontact.analyses.stress import fields as stress_fields, figures as draw
@@ -46,8 +47,12 @@ def _answer(stress: StressResult) -> str:
         there = format_short(stress.max_von_mises, "Pa")
         deep = format_short(stress.max_von_mises_at[0], "m")
         return f"{_answer(stress.overall)} At the given depths: {there}, {deep} deep."
-    depth = stress.max_von_mises_at[0]
-    reached = format_short(stress.max_von_mises, "Pa")
+    depth, other = stress.max_von_mises_at[0], stress.calibrated
+    reached = phrases.with_range(
+        stress.max_von_mises,
+        None if other is None else other.max_von_mises,
+        partial(format_short, unit="Pa"),
+    )
     where = f"{format_short(depth, 'm')} deep" if depth else "at the surface"
     if stress.parts:
         under = (
@@ -59,10 +64,10 @@ def _answer(stress: StressResult) -> str:
         return f"The von Mises stress reaches {reached}, {where}."
     if math.isclose(stress.max_von_mises, strength, rel_tol=_AT_YIELD):
         return f"First yield at {_load(stress)}, {where}; σ_Y = {format_short(strength, 'Pa')}."
-    known = f"(σ_Y = {format_short(strength, 'Pa')})"
+    known = f"{reached} (σ_Y = {format_short(strength, 'Pa')})".replace(") (", "; ")
     if stress.max_von_mises > strength:
-        return f"The material yields: the von Mises stress reaches {reached} {known}, {where}."
-    return f"Nothing yields: the von Mises stress reaches {reached} {known}, {where}."
+        return f"The material yields: the von Mises stress reaches {known}, {where}."
+    return f"Nothing yields: the von Mises stress reaches {known}, {where}."
 
 
 def _layered(stress: StressResult) -> str:

@@ -41,7 +41,6 @@ OUTPUT = Option.file("output", "Contact and stress as NetCDF.", (".nc",))
 def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.stress.model import solve_first_yield, subsurface_stress
     from roughcontact.contact.ceiling import is_bracket
-    from roughcontact.contact.result import BASE
 
     Boundary(request[options.BOUNDARY]).require_stress()
     contact = solve.contact(request, work, calibrated=False)
@@ -54,11 +53,13 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         stress = subsurface_stress(
             contact, request[DEPTHS], in_body=body, progress=work.look, **traction
         )
-        if is_bracket(contact.pair, request[options.CEILING]):
-            other = solve.contact(request, work, calibrated=False, ceiling=BASE)
-            if other.converged:
-                base = subsurface_stress(other, request[DEPTHS], in_body=body, **traction)
-                stress = replace(stress, base=base)
+        other = solve.under_other_ceiling(request, work, contact)
+        if other is not None:
+            found = subsurface_stress(other, request[DEPTHS], in_body=body, **traction)
+            is_base = is_bracket(contact.pair, request[options.CEILING])
+            stress = replace(
+                stress, base=found if is_base else None, calibrated=None if is_base else found
+            )
         extras = {}
         if request[FIRST_YIELD]:
             work.say("searching the load of first yield")

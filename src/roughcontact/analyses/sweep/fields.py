@@ -78,6 +78,7 @@ CURVE = (
         text=_slope,
         when=lambda curve: math.isfinite(curve.low_load_slope),
     ),
+    Quantity("calibrated", of="contact.calibrated"),
     *CAUTIONS,
     certificates_of(),
 )

@@ -106,6 +106,8 @@ class LoadCurve(StepResult):
         Intervals of each load that include the instrument, if computed.
     base : LoadCurve, optional
         The same loads under the ceiling of the base of a coated body, if both were requested.
+    contact : ContactResult, optional
+        Contact under the last load with its changes under the calibrated ceiling, if computed.
     _solve_largest : callable, optional
         Function that solves the contact under the last load again, for a report.
     """
@@ -125,11 +127,14 @@ class LoadCurve(StepResult):
     specified_load: tuple[GivenLoad, ...] = ()
     intervals: tuple[Any, ...] = ()
     base: LoadCurve | None = None
+    contact: ContactResult | None = None
     _solve_largest: Callable[[], ContactResult] | None = field(default=None, repr=False)
 
     @cached_property
     def largest(self) -> ContactResult:
         """Contact under the last load, solved again from its pressure."""
+        if self.contact is not None:
+            return self.contact
         if self._solve_largest is None:
             raise InputError("this load curve has no contacts: compute the curve again")
         return self._solve_largest()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 
-from roughcontact.analyses.solve import fields as contact_fields
+from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
 from roughcontact.analyses.sweep import fields as sweep_fields
 from roughcontact.analyses.sweep.figures import load_curve
 from roughcontact.analyses.sweep.model import LOW_LOAD, LoadCurve
@@ -22,7 +22,9 @@ from roughcontact.units import format_engineering, format_percent, order_of_magn
 
 def _growth(curve: LoadCurve) -> str:
     first, last = (curve.steps[n].contact_area / curve.nominal_area for n in (0, -1))
-    return range_text(first, last, format_share)
+    text = range_text(first, last, format_share)
+    ends = None if curve.contact is None else uncertainty.area_ends(curve.contact)
+    return text if ends is None else f"{text} ({range_text(*ends, format_share)})"
 
 
 class CurvePresentation(Presentation):
@@ -31,6 +33,7 @@ class CurvePresentation(Presentation):
     result: LoadCurve
     table = sweep_fields.CURVE
     columns = sweep_fields.CURVE_COLUMNS
+    contact_name = "contact"
     figures = (
         Illustration(
             "curve",

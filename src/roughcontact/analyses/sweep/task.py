@@ -71,6 +71,8 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         )
     if request[measurement.UNCERTAINTY]:
         curve = measured_curve(request, curve, work.look)
+    if curve.ceiling is not None and curve.base is None:
+        curve = replace(curve, contact=work.add_calibrated(curve.largest))
     curve = replace(curve, extra_cautions=work.extra_cautions)
     return Outcome(request, curve, extras={"reused": len(reused)})
 

@@ -107,6 +107,8 @@ class Tangential(StepResult):
         Cautions on the tangential loading.
     fretting : Fretting or None
         Stress below the surface, tension and Ruiz' parameters under the last force, if requested.
+    calibrated : Tangential or None
+        The same loading under the calibrated ceiling, if computed.
     """
 
     solution: ContactResult
@@ -121,6 +123,7 @@ class Tangential(StepResult):
     superposition: Superposition | None = None
     messages: tuple[Caution, ...] = ()
     fretting: Fretting | None = None
+    calibrated: Tangential | None = None
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""

@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import asdict, replace
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 
@@ -133,6 +134,17 @@ _TABLE = (
         part=TRUST,
         of=lambda r: max(step.force_error for step in r.steps),
     ),
+    Quantity(
+        "calibrated",
+        of=lambda r: (
+            r.calibrated
+            and {
+                "ceiling": r.calibrated.solution.ceiling,
+                "initial_stiffness": r.calibrated.initial_stiffness,
+                **asdict(r.calibrated.last),
+            }
+        ),
+    ),
     Quantity("applications", "applications of the tangential operator", part=TRUST),
     *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
 )
@@ -243,7 +255,10 @@ class TangentialPresentation(Presentation):
     def answer(self) -> str:
         """Return shift and stick under the last force as a sentence."""
         last, unit = self.result.last, self.result.solution.pair.load_unit
-        force, shift = format_short(last.force, unit), format_short(last.shift, "m")
+        force, other = format_short(last.force, unit), self.result.calibrated
+        shift = phrases.with_range(
+            last.shift, None if other is None else other.last.shift, partial(format_short, unit="m")
+        )
         if not last.stick_fraction:
             return f"The contact slides: {force} shift it {shift}."
         stick = format_share(last.stick_fraction)

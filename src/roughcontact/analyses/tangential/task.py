@@ -81,6 +81,9 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     work.say("tangential loading")
     asked = {option.argument: request[option] for option in (*_ASKED, STAGES)}
     result = tangential(contact, **asked)
+    other = solve.under_other_ceiling(request, work, contact, load=load)
+    if other is not None:
+        result = replace(result, calibrated=tangential(other, **asked))
     return Outcome(request, result, result.solution)
 
 

@@ -90,9 +90,9 @@ _COLUMNS: Columns = (
 )
 
 
-_STORED = ("source", "preparation", "load", "boundary", "contact_modulus", "ceiling", "tolerance")
+_STORED = ("source", "preparation", "load", "boundary", "contact_modulus", "tolerance")
 _TABLE = (
-    *(stored_quantity("first", key) for key in _STORED),
+    *(stored_quantity("first", key) for key in (*_STORED, "ceiling", "calibrated")),
     Quantity("motion", "motion", part=PROBLEM),
     Quantity("coefficients", "wear coefficients $k$ [m²/N]", form=_coefficients, part=PROBLEM),
     Quantity("friction"),
@@ -132,6 +132,7 @@ class WearPresentation(Presentation):
     )
     plots = (running_in,)
     contact_name = "first"
+    contact_state = "Before wear"
 
     def question(self) -> str:
         """Return the question that the wear answers."""

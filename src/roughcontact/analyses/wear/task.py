@@ -53,7 +53,8 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     with work.report_saved_steps_on_interrupt(FILES, "step") as (watch, reused):
         result = wear(work.maps[0], progress=watch, **arguments)
     last = replace(result.last, extra_cautions=work.extra_cautions)
-    return Outcome(request, replace(result, last=last), last, {"reused": len(reused)})
+    first = work.add_calibrated(result.first)
+    return Outcome(request, replace(result, first=first, last=last), last, {"reused": len(reused)})
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
