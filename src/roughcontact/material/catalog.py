@@ -133,6 +133,11 @@ def films() -> tuple[Film, ...]:
     return _rows("film", Film)
 
 
+def conductor_of(name: str) -> Conductor:
+    """Return the conductivities of a material by its key; none of an unknown one."""
+    return next((row.conductor for row in entries() if row.key == name), Conductor())
+
+
 def layer(name: str, thickness: float) -> Layer:
     """Return a layer of a coating or a material of the catalog."""
     rows: tuple[Film | Entry, ...] = (*films(), *entries())

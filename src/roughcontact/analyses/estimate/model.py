@@ -503,7 +503,8 @@ def estimate(
             "is not included in the formulas: solve a map of the surface", argument="coating"
         )
     bodies = material, counter_material
-    known = conductor or _conductor(material), counter_conductor or _conductor(counter_material)
+    of = catalog.conductor_of
+    known = conductor or of(material.name), counter_conductor or of(counter_material.name)
     slopes = SLOPE_FACTORS if drawn.text and Sdq is None else (1.0,)
     heights = HEIGHT_FACTORS if drawn.text and Sq is None else (1.0, 1.0)
 
@@ -514,20 +515,20 @@ def estimate(
         result = _with_joint(result, heights, *(body.conductivity for body in known))
         return replace(result, bodies=bodies, finish=drawn.text)
 
-    limits = [_limit(ceiling, *bodies)]
-    if drawn.text and ceiling == "auto":
-        limits += _hardnesses(limits[0], *bodies)
-    return _estimate_under_ceilings(estimate_at, ceiling, limits, bodies, slopes)
+    return _estimate_under_ceilings(estimate_at, ceiling, bool(drawn.text), bodies, slopes)
 
 
 def _estimate_under_ceilings(
     estimate_at: Callable[[float | None, float], Estimate],
     ceiling: Quantity | None,
-    limits: Sequence[float | None],
+    is_drawn: bool,
     bodies: tuple[Material, Material],
     slopes: Sequence[float],
 ) -> Estimate:
     """Return the estimate under one ceiling, or under both with intervals that cover both."""
+    limits = [_limit(ceiling, *bodies)]
+    if is_drawn and ceiling == "auto":
+        limits += _hardnesses(limits[0], *bodies)
     results = [estimate_at(*case) for case in itertools.product(limits, slopes)]
     first, is_automatic = results[0], isinstance(ceiling, str) and ceiling in ("auto", CALIBRATED)
     if not is_automatic or first.yield_strength is None:
@@ -611,12 +612,6 @@ class _Drawing:
         if not heights:
             return cls()
         return cls(math.hypot(*heights), math.hypot(*slopes), " against ".join(texts))
-
-
-def _conductor(material: Material) -> Conductor:
-    """Return the conductivities of a material of the catalog; none of an unknown one."""
-    known = (item.conductor for item in catalog.entries() if item.key == material.name)
-    return next(known, Conductor())
 
 
 def _hardnesses(limit: float | None, *bodies: Material) -> list[float]:
