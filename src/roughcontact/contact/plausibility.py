@@ -28,7 +28,7 @@ from roughcontact.cautions import (
 )
 from roughcontact.contact import hertz_comparison, near_contact
 from roughcontact.contact.ceiling import area_change, recommended_ceiling
-from roughcontact.contact.result import CALIBRATED, CalibratedCeiling, ContactResult, Regime
+from roughcontact.contact.result import BASE, CALIBRATED, CalibratedCeiling, ContactResult, Regime
 from roughcontact.contact.spots import MIN_SPOT_PIXELS, Spots
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer_material
@@ -622,6 +622,25 @@ def shown_error(result: ContactResult) -> float:
     return SHOWN_ROUGH if rough else SHOWN_SPHERE
 
 
+def _check_coating(result: ContactResult) -> Caution | None:
+    """Return the caution on an indentation deeper than the coating."""
+    thinnest = min(
+        sum(layer.thickness for layer in body.coating)
+        for body in (result.material, result.counter_material)
+        if body.coating
+    )
+    depth = result.totals.max_indentation
+    if depth <= thinnest:
+        return None
+    return as_caution(
+        CautionTag.THIN_COATING,
+        f"Indentation {format_engineering(depth, 'm', 3)} exceeds the coating of "
+        f"{format_engineering(thinnest, 'm', 3)}: it tears, and the base carries. Use "
+        f"{ArgumentRef('ceiling', BASE)}.",
+        ratio=depth / thinnest,
+    )
+
+
 def _check_hardness(result: ContactResult) -> Caution | None:
     """Return the caution on a yield strength too high for the hardness of the softer body."""
     ceiling, body = result.ceiling, softer_material(result.material, result.counter_material)
@@ -756,6 +775,7 @@ CHECKS = (
         _check_ceiling,
         lambda r: r.ceiling is not None and not isinstance(r.ceiling, np.ndarray),
     ),
+    Check("indentation against the coating", _check_coating, lambda r: r.pair.is_coated),
     Check(
         "the range of the calibrated ceiling",
         _check_extrapolation,

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from roughcontact._tools.arrays import Array
 from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError
+from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.problem import project
 from roughcontact.solvers.rigid_tilt import Punch, flat_punch
@@ -51,6 +53,20 @@ def unloading_stiffness(result: ContactResult) -> float:
     index = np.flatnonzero(result.contact)
     punch = _flat_punch(result, index) if index.size else None
     return 0.0 if punch is None else punch.total * result.pixel_area
+
+
+def constriction_length(result: ContactResult, coatings: Coatings | None = None) -> float:
+    """Return 2 K/E* of the outline of a contact on half-spaces, or on conducting layers [m].
+
+    Divided by the sum of the resistivities of the outermost layers this is the conductance.
+    """
+    index, pair = np.flatnonzero(result.contact), result.pair
+    if not index.size:
+        return 0.0
+    modulus = pair.contact_modulus
+    how: dict[str, Any] = {"precision": result.precision, "workspace": Workspace()}
+    operators = pair.boundary.operators(pair.shape, pair.pixel, modulus, coatings=coatings, **how)
+    return 2 * _flat_punch(result, index, operators).total * result.pixel_area / modulus
 
 
 def local_stiffness(
@@ -96,11 +112,12 @@ def contact_growth(result: ContactResult) -> ContactGrowth:
     return ContactGrowth(punch.total * result.pixel_area, punch.unit, rate)
 
 
-def _flat_punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
+def _flat_punch(result: ContactResult, index: NDArray[np.int64], operators: Any = None) -> Punch:
     """Return the rigid flat punch of the given pixels of a solution."""
     shape, pair = result.pair.shape, result.pair
     MemoryNeed(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
-    punch = flat_punch(shape, index, pair.operators(result.precision, Workspace()))
+    operators = operators or pair.operators(result.precision, Workspace())
+    punch = flat_punch(shape, index, operators)
     if punch is None:
         raise ConvergenceError("stiffness not converged", result)
     return punch

@@ -51,7 +51,55 @@ _DEAD, _TERMS = 40.0, 12
 # --- A wave ---
 
 
-def layer_excess(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
+@dataclass(frozen=True)
+class ConductingLayer:
+    """Layer on a conductor."""
+
+    resistivity: float  # Electrical resistivity [Ω m], or 1/k [m K/W]
+    thickness: float  # [m]
+
+
+@dataclass(frozen=True)
+class ConductingStack:
+    """Layers on a conductor, in place of the coated material of an elastic body.
+
+    The surface potential under a current density ``j cos(q x)`` is ``ρ₁/q (1 + F) j cos(q x)``
+    with the resistivity ρ₁ of the outermost layer, as the displacement is ``2/(E* q) (1 + F)``
+    times the pressure.
+    """
+
+    resistivity: float  # Of the base
+    coating: tuple[ConductingLayer, ...] = ()  # The outermost first
+    young: float = 1.0  # Finite: the base conducts
+
+    @property
+    def compliance(self) -> float:
+        """Resistivity at the surface."""
+        return self.coating[0].resistivity if self.coating else self.resistivity
+
+    @property
+    def uncoated(self) -> ConductingStack:
+        """Base without its layers."""
+        return ConductingStack(self.resistivity)
+
+    def excess(self, waves: NDArray[Any]) -> NDArray[Any]:
+        """Return F as `layer_excess` does; at each interface a part of the wave is reflected.
+
+        Antonetti and Yovanovich 1985, J. Heat Transfer 107, 513, for one layer
+        """
+        outer, ratio = self.coating[0], np.asarray(self.resistivity / self.coating[0].resistivity)
+        for item in reversed(self.coating):
+            own = item.resistivity / outer.resistivity
+            reflected = (ratio - own) / (ratio + own)
+            reflected = reflected * np.exp(-2 * waves * (item.thickness / outer.thickness))
+            ratio = own * (1 + reflected) / (1 - reflected)
+        return ratio - 1
+
+
+Coated = Material | ConductingStack
+
+
+def layer_excess(material: Coated, waves: NDArray[Any]) -> NDArray[Any]:
     """Return F, the relative contribution of what is below the outermost layer.
 
     Parameters
@@ -82,6 +130,8 @@ def layer_excess(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
     Burmister, J. Appl. Phys. 16 (1945) 89, doi:10.1063/1.1707558;
     O'Sullivan and King, J. Tribol. 110 (1988) 235, doi:10.1115/1.3261591
     """
+    if isinstance(material, ConductingStack):
+        return material.excess(waves)
     compliance = _layers(material, waves.ravel())[0].compliance()
     return (-compliance[1, 1] / (2 * (1 - material.coating[0].poisson)) - 1).reshape(waves.shape)
 
@@ -228,7 +278,7 @@ def _lookup(table: Array, rho: Array) -> Array:
 
 
 @lru_cache(maxsize=16)
-def tabulate(material: Material, pieces: int, *, line: bool = False) -> Table:
+def tabulate(material: Coated, pieces: int, *, line: bool = False) -> Table:
     """Return D and M of a coated body up to ``asinh ρ = pieces``.
 
     J₀ is the real part of a Hankel function, which falls as ``exp(-|H| ρ/2)`` on a path at 30
@@ -255,7 +305,7 @@ def tabulate(material: Material, pieces: int, *, line: bool = False) -> Table:
     return Table(np.concatenate(kernel), np.concatenate(corner))
 
 
-def _beyond_log(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
+def _beyond_log(material: Coated, waves: NDArray[Any]) -> NDArray[Any]:
     """Return ``(F(H) - F(0) exp(-H))/H``."""
     size = np.abs(waves)
     straight = waves * np.maximum(1, _STRAIGHT / size)
@@ -264,7 +314,7 @@ def _beyond_log(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
     ) / straight
 
 
-def _base_softness(material: Material) -> float:
+def _base_softness(material: Coated) -> float:
     """Return F(0), the excess compliance of the base over the outermost layer; -1 if rigid."""
     return material.uncoated.compliance / material.compliance - 1
 
@@ -281,7 +331,7 @@ def _ray_quadrature() -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def pixel_response(
-    material: Material, shape: Shape, pixel: tuple[float, float], first_row: int, table: Table
+    material: Coated, shape: Shape, pixel: tuple[float, float], first_row: int, table: Table
 ) -> Array:
     """Return the contribution of the inner layers to the displacement of pixels.
 
@@ -346,12 +396,12 @@ def _corner(table: Table, y: Array, x: Array) -> Array:
 class Coatings:
     """Contribution of the layers of two bodies to the response of their surfaces."""
 
-    bodies: tuple[Material, ...]  # The coated bodies
+    bodies: tuple[Coated, ...]  # The coated bodies
     shares: tuple[float, ...]  # Their shares of 1/E*, with E* of both surfaces
     grounded: bool  # Whether every deformable body is on a rigid base
 
     @classmethod
-    def from_bodies(cls, *bodies: Material) -> Coatings | None:
+    def from_bodies(cls, *bodies: Coated) -> Coatings | None:
         """Return the coatings of two bodies, or None if neither is coated."""
         total = sum(body.compliance for body in bodies)
         coated = tuple(body for body in bodies if body.coating)
@@ -466,7 +516,7 @@ class Coatings:
 
 
 @lru_cache(maxsize=16)
-def _interpolant(material: Material, lowest: int) -> tuple[Array, Array]:
+def _interpolant(material: Coated, lowest: int) -> tuple[Array, Array]:
     """Return ln H from an exponent up, and ln(1 + F) at these values."""
     known = np.linspace(lowest, _DEEPEST, (_DEEPEST - lowest) * _WAVES + 1)
     return known, np.log1p(layer_excess(material, np.exp(known)))

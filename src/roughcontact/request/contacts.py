@@ -187,7 +187,20 @@ class JointContacts:
         """Return the contacts of another map."""
         return replace(self, maps=(surface, *self.maps[1:]), more=(), counter_maps=())
 
-    def under_ceiling(self, ceiling: str, look: OnProgress) -> JointContacts:
+    def by_ceiling(self, compute: Callable[[JointContacts], Any]) -> Any:
+        """Return a joint result, of a coated body under both ceilings if requested."""
+        from roughcontact.contact.ceiling import is_bracket
+        from roughcontact.contact.result import BASE, COATING
+
+        if not is_bracket(self.request.pair(self.maps), self.request[options.CEILING]):
+            return compute(self)
+        coating, base = (
+            compute(self._under_ceiling(ceiling, one_of_several(self.work.look, number, 2)))
+            for number, ceiling in enumerate((COATING, BASE), start=1)
+        )
+        return replace(coating, base=base)
+
+    def _under_ceiling(self, ceiling: str, look: OnProgress) -> JointContacts:
         """Return the same contacts under another ceiling."""
         values = {**self.request.values, options.CEILING.name: ceiling}
         request = replace(self.request, values=values)

@@ -49,7 +49,7 @@ from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve_pair
-from roughcontact.contact.stiffness import contact_growth, unloading_stiffness
+from roughcontact.contact.stiffness import constriction_length, contact_growth
 from roughcontact.errors import ArgumentRef, InputError, Sentence, require_choice, require_count
 from roughcontact.halfspace.fft import Workspace, limit_threads
 from roughcontact.solvers.progress import Progress, Step, Tell
@@ -108,7 +108,7 @@ NUMBERS: dict[str, _Number] = {
     "approach": _Number(lambda r: r.approach, 0.03),
     # With a ceiling, the stiffness is due to single pixels of the rim: its grid error is random.
     "stiffness": _Number(lambda r: contact_growth(r).stiffness, 0.02, 1, 0.0, 2.0),
-    "constriction_length": _Number(lambda r: 2 * unloading_stiffness(r) / r.contact_modulus, 0.02),
+    "constriction_length": _Number(constriction_length, 0.02),
     "mean_pressure": _Number(lambda r: r.load / r.perimeter_corrected_area, 0.01, 1),
     "max_pressure": _Number(lambda r: r.max_pressure, 0.1, 1, 1.0),
 }

@@ -4,6 +4,7 @@ import math
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from roughcontact.analyses.conductance.model import (
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.contact.series import ONE_ROUGH_FACE
+from roughcontact.material import catalog
 from roughcontact.report import kinds as report_kinds
 from roughcontact.theory import constriction
 
@@ -38,7 +40,8 @@ def test_resistances_are_resistivities_over_the_length() -> None:
     assert found.thermal_resistance[0] == pytest.approx((1 / 400 + 1 / 160) / step.length)
     area = ROUGH.size[0] * ROUGH.size[1]
     assert found.thermal_conductance[0] == pytest.approx(1 / (found.thermal_resistance[0] * area))
-    assert {*found.cautions} == {*RESULT.cautions, ONE_ROUGH_FACE}
+    oxide = {item for item in found.cautions if item.kind == CautionTag.OXIDE}
+    assert {*found.cautions} == {*RESULT.cautions, ONE_ROUGH_FACE, *oxide}
 
 
 def test_the_length_is_that_of_the_load_curve() -> None:
@@ -391,3 +394,51 @@ def test_the_calibrated_ceiling_moves_the_interval_of_a_conductance() -> None:
     assert other.steps[-1].length / found.steps[-1].length - 1 == pytest.approx(change)
     told = found.summary()["interval"]
     assert told["low"] < found.steps[-1].length * (1 + change) < told["high"]
+
+
+# --- layers, films
+
+
+def conduct_plated(*layers: rc.Layer, ceiling: object = "base", **more: object) -> Any:
+    """Return the conductance of plated copper on copper."""
+    plated = dataclasses.replace(STEEL, coating=layers)
+    result = rc.solve(ROUGH, material=plated, load=0.3, ceiling=ceiling if layers else "auto")
+    return rc.conductance(result, "Cu-ETP", "Cu-ETP", **more)
+
+
+def plating(metal: str, thickness: float) -> rc.Layer:
+    # Mechanics of the base, so that the outline of the contact does not change.
+    return rc.Layer(STEEL.young, STEEL.poisson, thickness, yield_strength=1e9, name=metal)
+
+
+def test_thin_layer_changes_nothing_and_thick_one_is_the_body() -> None:
+    bare, thin, thick = (
+        conduct_plated(),
+        *(conduct_plated(plating("nickel", t)) for t in (1e-12, 5e-3)),
+    )
+    assert thin.electrical_resistance == pytest.approx(bare.electrical_resistance, rel=1e-4)
+    nickel, copper = (catalog.conductor_of(name) for name in ("nickel", "Cu-ETP"))
+    both = (nickel.resistivity + copper.resistivity) / thick.steps[0].length
+    assert thick.electrical_resistance[0] == pytest.approx(both, rel=0.01)
+    middle = conduct_plated(plating("nickel", 2e-6)).electrical_resistance[0]
+    assert bare.electrical_resistance[0] < middle < thick.electrical_resistance[0]
+
+
+def test_layer_without_conductivity_raises_input_error() -> None:
+    with pytest.raises(rc.InputError, match="DLC has no conductivity in the catalog"):
+        conduct_plated(plating("DLC", 1e-6))
+
+
+def test_oxide_is_named_unless_faces_are_gold_or_have_a_film() -> None:
+    def kinds(found: Any) -> set[str]:
+        return {caution.kind for caution in found.cautions}
+
+    assert CautionTag.OXIDE in kinds(conduct_plated())
+    assert CautionTag.OXIDE not in kinds(conduct_plated(electrical_film="1e-12 ohm m^2"))
+    assert CautionTag.OXIDE not in kinds(rc.conductance(RESULT, "gold", "hard gold"))
+
+
+def test_indentation_deeper_than_the_layer_gives_caution() -> None:
+    thin, thick = (conduct_plated(plating("nickel", t)).largest.cautions for t in (1e-9, 1e-5))
+    assert CautionTag.THIN_COATING in {caution.kind for caution in thin}
+    assert CautionTag.THIN_COATING not in {caution.kind for caution in thick}

@@ -56,12 +56,13 @@ from roughcontact.contact.series import (
     relative_change,
 )
 from roughcontact.contact.spots import Spots
-from roughcontact.contact.stiffness import unloading_stiffness
+from roughcontact.contact.stiffness import constriction_length
 from roughcontact.errors import ArgumentRef, InputError, input_error
+from roughcontact.halfspace.coating import Coatings, ConductingLayer, ConductingStack
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import catalog, fluids
 from roughcontact.material.hardness import vickers_correlation
-from roughcontact.material.material import Conductor
+from roughcontact.material.material import Conductor, Layer
 from roughcontact.surface import roughness
 from roughcontact.surface.form import level
 from roughcontact.theory import constriction
@@ -80,6 +81,15 @@ VACUUM = "vacuum"
 
 STEFAN_BOLTZMANN = 5.670374419e-8
 """Stefan-Boltzmann constant [W/(m² K⁴)]."""
+
+TUNNEL_FILM = 1e-12
+"""Resistance times area of a film of oxide or tarnish of few nanometers [Ω m²] (Holm 1967, §26)."""
+
+MIN_OXIDE_SHARE = 0.1
+"""Share of the resistance from which such a film gives a caution."""
+
+NOBLE = ("gold", "hard gold")
+"""Names of metals without such films in air."""
 
 MIN_RADIATION_SHARE = 0.01
 """Share of the conductance above which radiation is reported."""
@@ -295,6 +305,8 @@ class ConductanceStep:
     air_gap: float = math.nan  # Conductance of the gap with air [W/(m² K)]
     oil_gap: float = math.nan  # Conductance of the gap with oil [W/(m² K)]
     filled_gap: float = 0.0  # Conductance of the gap with its filling [W/(m² K)]
+    electrical_plating: float = 1.0  # Constriction with the layers of the bodies over without
+    thermal_plating: float = 1.0  # The same of heat
 
 
 @dataclass(frozen=True)
@@ -338,6 +350,8 @@ class Conductance(StepResult):
         known; see `with_calibrated_ceiling`.
     draws : tuple of Mean
         Constriction length under the largest load over pairs of faces; see `with_draws`.
+    base : Conductance or None
+        The same under the ceiling of the base of a coated body, if both were requested.
     """
 
     steps: tuple[ConductanceStep, ...]
@@ -353,6 +367,7 @@ class Conductance(StepResult):
     temperature: float = ROOM_TEMPERATURE
     current: float | None = None
     draws: tuple[Mean, ...] = ()
+    base: Conductance | None = None
 
     def with_draws(self, others: Sequence[Conductance]) -> Conductance:
         """Return the mean of this and other pairs of faces under the same loads."""
@@ -369,7 +384,7 @@ class Conductance(StepResult):
         contact : ContactResult
             The same bodies under the largest load and the calibrated ceiling.
         """
-        fine, length = self.steps[-1], 2 * unloading_stiffness(contact) / contact.contact_modulus
+        fine, length = self.steps[-1], constriction_length(contact)
         area = relative_change(contact.contact_area, fine.contact_area)
         assert isinstance(contact.ceiling, float)
         change = CalibratedChange(contact.ceiling, area, (relative_change(length, fine.length),))
@@ -387,7 +402,7 @@ class Conductance(StepResult):
         coarser : ContactResult
             The same bodies under the largest load on a grid of larger pixels.
         """
-        coarse = _step(coarser, Texture(coarser.pair), self.thermal_resistivity, None)
+        coarse = _step(coarser, Texture(coarser.pair), self.bodies, None)
         fine = self.steps[-1]
         length, area = (
             new / old - 1 if old and math.isfinite(old) else 0.0
@@ -496,7 +511,7 @@ class Conductance(StepResult):
         resistivity = self.thermal_resistivity if thermal else self.electrical_resistivity
         film = self.thermal_film if thermal else self.film
         with np.errstate(divide="ignore"):
-            resistance: Array = resistivity / self.column(by)
+            resistance: Array = self.column(f"{kind}_plating") * resistivity / self.column(by)
             if film:
                 resistance = resistance + film / self.column("contact_area")
         return resistance
@@ -585,7 +600,7 @@ def conductance(
     >>> bool(found.electrical_resistance[0] > 0)
     True
     """
-    bodies = (conductor_of(conductor), conductor_of(counter_conductor))
+    bodies = conductor_of(conductor), conductor_of(counter_conductor)
     films = (
         _film(electrical_film, "film", "electrical_film"),
         _film(thermal_film, "thermal film", "thermal_film"),
@@ -598,7 +613,7 @@ def conductance(
     amperes = None if current is None else parse_positive(current, "current", "current")
     if amperes and None in (body.resistivity for body in bodies):
         raise InputError("needs the resistivity of both bodies", argument="current")
-    steps, judged, largest = _evaluate_contacts(contacts, _thermal_resistivity(bodies), filling)
+    steps, judged, largest = _evaluate_contacts(contacts, bodies, filling)
     result = Conductance(
         steps,
         bodies,
@@ -609,8 +624,24 @@ def conductance(
         temperature=warmth,
         current=amperes,
     )
-    return replace(
-        result, messages=(*result.messages, *_radiation(result), *_melting_cautions(result))
+    more = (*_radiation(result), *_melting_cautions(result), *_oxide(result))
+    return replace(result, messages=(*result.messages, *more))
+
+
+def _oxide(result: Conductance) -> Iterator[Caution]:
+    """Yield the caution on films of oxide, unless a film is given or both faces are noble."""
+    pair, resistance = result.largest.pair, float(result.electrical_resistance[-1])
+    bodies = zip((pair.material, pair.counter_material), result.bodies, strict=True)
+    names = [metal.coating[0].name if metal.coating else body.name for metal, body in bodies]
+    area = result.steps[-1].contact_area
+    if result.film or not area * resistance > 0 or all(name in NOBLE for name in names):
+        return
+    share = TUNNEL_FILM / area / resistance
+    yield (as_caution if share > MIN_OXIDE_SHARE else as_note)(
+        CautionTag.OXIDE,
+        f"Faces are clean metal. A film of oxide of {TUNNEL_FILM:g} Ω m² adds "
+        f"{format_percent(share)} to the resistance. Give {ArgumentRef('electrical_film')}.",
+        share=share,
     )
 
 
@@ -653,19 +684,20 @@ Judged = list[tuple[float, tuple[Caution, ...]]]
 
 
 def _evaluate_contacts(
-    contacts: ContactResult | Iterable[ContactResult], resistivity: float, filling: Filling | None
+    contacts: ContactResult | Iterable[ContactResult],
+    bodies: tuple[Conductor, Conductor],
+    filling: Filling | None,
 ) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
     """Return steps and cautions by ascending load, and the contact of the largest load."""
     answer: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     texture: Texture | None = None
     for result in check_same_pair(contacts, SUBJECT):
-        result.pair.require_uncoated(SUBJECT)
         if texture is None or texture.pair is not result.pair:
             texture = Texture(result.pair)
         if filling is not None and len(result.boundary.periodic_axes) < 2:
             raise InputError("needs ", ArgumentRef("boundary", "periodic"), argument="gap")
-        step = _step(result, texture, resistivity, filling)
+        step = _step(result, texture, bodies, filling)
         answer.append((step, (*result.cautions, *_joint_cautions(result, texture))))
         if largest is None or result.load >= largest.load:
             largest = result
@@ -676,9 +708,13 @@ def _evaluate_contacts(
 
 
 def _step(
-    result: ContactResult, texture: Texture, resistivity: float, filling: Filling | None
+    result: ContactResult,
+    texture: Texture,
+    bodies: tuple[Conductor, Conductor],
+    filling: Filling | None,
 ) -> ConductanceStep:
-    gaps = {}
+    gaps, resistivity = {}, _thermal_resistivity(bodies)
+    length = constriction_length(result)
     if len(result.boundary.periodic_axes) == 2 and not math.isnan(resistivity):
         gap = np.where(result.contact, np.nan, np.maximum(result.gap, 0))
         spread = spreading(result.pixel_area, resistivity)
@@ -691,11 +727,54 @@ def _step(
         contact_area=result.contact_area,
         saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
         spots=result.spots().count,
-        length=2 * unloading_stiffness(result) / result.contact_modulus,
-        greenwood_length=greenwood(result),
+        length=length,
+        greenwood_length=math.nan if result.pair.is_coated else greenwood(result),
         correlation_length=_correlation(result, texture),
         **gaps,
+        **{f"{kind}_plating": _plating(result, bodies, kind, length) for kind in KINDS},
     )
+
+
+KINDS = ("electrical", "thermal")
+"""Kinds of the resistance of a contact."""
+
+
+def _plating(
+    result: ContactResult, bodies: tuple[Conductor, Conductor], kind: str, length: float
+) -> float:
+    """Return the constriction with the layers of the bodies over that without; NaN if unknown."""
+    pair = result.pair
+    if not (pair.is_coated and length):
+        return 1.0
+    bases = [_resistivity(body, kind) for body in bodies]
+    if math.isnan(sum(bases)):
+        return math.nan
+    stacks = [
+        ConductingStack(base, tuple(_conducting_layer(layer, kind) for layer in material.coating))
+        for base, material in zip(bases, (pair.material, pair.counter_material), strict=True)
+    ]
+    outer = sum(stack.compliance for stack in stacks)
+    with_layers = outer / constriction_length(result, Coatings.from_bodies(*stacks))
+    return with_layers / (sum(bases) / length)
+
+
+def _resistivity(conductor: Conductor, kind: str) -> float:
+    """Return the electrical resistivity [Ω m], or 1/k [m K/W]; NaN if unknown."""
+    if kind == "thermal":
+        return 1 / (conductor.conductivity or math.nan)
+    return conductor.resistivity or math.nan
+
+
+def _conducting_layer(layer: Layer, kind: str) -> ConductingLayer:
+    """Return a layer with its resistivity, by its name in the catalog."""
+    resistivity = _resistivity(catalog.conductor_of(layer.name), kind)
+    if math.isnan(resistivity):
+        raise InputError(
+            f"{layer.name or 'without a name'} has no conductivity in the catalog: name a metal, "
+            "as 'hard gold 1 um'",
+            argument="coating",
+        )
+    return ConductingLayer(resistivity, layer.thickness)
 
 
 def _joint_cautions(result: ContactResult, texture: Texture) -> Iterator[Caution]:
@@ -709,7 +788,7 @@ def _joint_cautions(result: ContactResult, texture: Texture) -> Iterator[Caution
 def _correlation(result: ContactResult, texture: Texture) -> float:
     """Return the constriction length [m] of a nominally flat joint by the correlations."""
     height, gradient = texture.height, texture.gradient
-    rough = result.load > 0 and height > 0 and gradient > 0
+    rough = result.load > 0 and height > 0 and gradient > 0 and not result.pair.is_coated
     strip = len(result.pair.boundary.periodic_axes) == 1
     if result.hertz is not None or strip or not rough or not texture.is_flat:
         return math.nan
@@ -732,8 +811,7 @@ def _correlation(result: ContactResult, texture: Texture) -> float:
 
 
 def _thermal_resistivity(bodies: tuple[Conductor, Conductor]) -> float:
-    first, second = (1 / (body.conductivity or math.nan) for body in bodies)
-    return first + second
+    return sum(_resistivity(body, "thermal") for body in bodies)
 
 
 def conductor_of(specified: Conductor | str) -> Conductor:

@@ -117,6 +117,16 @@ def _correlation_words(values: dict[str, float]) -> str:
     return text
 
 
+def _under_base(result: joint.Conductance) -> dict[str, Any] | None:
+    """Return the results under the ceiling of the base of a coated body, if known."""
+    names = ("electrical_resistance", "thermal_resistance")
+    base = result.base
+    if base is None:
+        return None
+    known = {name: getattr(base, name).tolist() for name in names}
+    return {"ceiling": base.largest.ceiling, **known}
+
+
 CONDUCTANCE = (
     *PAIR,
     Quantity("nominal_area", "[m²]"),
@@ -155,6 +165,7 @@ CONDUCTANCE = (
         ),
     ),
     Quantity("calibrated"),
+    Quantity("base", of=_under_base),
     Quantity("correlation_inputs", "for COMSOL, Ansys", form=_correlation_words),
     Quantity("draws"),
     Quantity("interval", of=lambda r: _interval(r)),
@@ -162,12 +173,19 @@ CONDUCTANCE = (
 )
 """Quantities of a `Conductance`."""
 
+
+def _is_plated(result: joint.Conductance) -> bool:
+    return result.largest.pair.is_coated
+
+
 CONDUCTANCE_COLUMNS = (
     Column("load", "load [N]"),
     Column("contact_area", "contact [m²]", shown=contact_fields.shares("contact_area")),
     Column("saturated_area", "saturated [m²]", shown=contact_fields.shares("saturated_area")),
     Column("spots", "spots"),
     Column("length", "length [m]"),
+    Column("electrical_plating", when=_is_plated),
+    Column("thermal_plating", when=_is_plated),
     Column("electrical_resistance", "resistance [Ω]", when=_electrical),
     # Tables show the resistance of a free map, and the conductance per area of a periodic one.
     Column("thermal_resistance", "thermal [K/W]", when=_thermal, listed=lambda r: not _by_area(r)),
@@ -277,9 +295,28 @@ def _joint_values(result: joint.Conductance, index: int) -> list[str]:
 def _interval(result: joint.Conductance) -> Interval:
     """Return the interval of the constriction length under the largest load."""
     coarser = math.nan if result.coarser is None else result.coarser.length
+    change = math.nan if result.base is None else _change(result, result.base)
     return uncertainty.joint_interval(
-        result, "length", result.steps[-1].length, 0, coarser, *result.draws
+        result, "length", result.steps[-1].length, 0, coarser, *result.draws, base=change
     )
+
+
+def _change(result: joint.Conductance, base: joint.Conductance) -> float:
+    """Return the relative change of the constriction length under the ceiling of the base."""
+    kind = joint.KINDS[not _electrical(result)]
+    first, second = (item.resistance(kind)[-1] for item in (result, base))
+    return float(first / second - 1)
+
+
+def _plating_texts(result: joint.Conductance) -> Iterator[str]:
+    """Yield the constriction with the layers over that of the bare bodies."""
+    if _is_plated(result):
+        changes = ", ".join(
+            f"{kind} {format_change(result.column(f'{kind}_plating')[-1] - 1)}"
+            for kind, known in (("thermal", _thermal), ("electrical", _electrical))
+            if known(result)
+        )
+        yield f"Spreading in the layers changes the constriction of the bare bodies: {changes}"
 
 
 class ConductancePresentation(Presentation):
@@ -357,6 +394,11 @@ class ConductancePresentation(Presentation):
             others.append(uncertainty.under_calibrated(result, 0))
         if others:
             yield f"Constriction length: {', '.join(others)}"
+        if result.base is not None:
+            ceiling = format_engineering(float(result.base.largest.ceiling or 0), "Pa", 3)
+            texts = ", ".join(_joint_texts(result.base, -1))
+            yield f"With the ceiling of the base ({ceiling}): {texts}"
+        yield from _plating_texts(result)
         yield phrases.status(result.largest)
 
     def sentences(self) -> Iterator[str]:
@@ -396,5 +438,7 @@ class ConductancePresentation(Presentation):
             yield make_use("temperature of the spots", "Kohlrausch1900")
         yield make_use("conductance from the stiffness", "Barber2003")
         yield make_use("resistance of the spots", "Holm1967", "Greenwood1966")
+        if _is_plated(self.result):
+            yield make_use("spreading in layers", "Antonetti1985")
         yield make_use("correlations of flat joints", "Cooper1969", "Mikic1974", "Sridhar1996")
         yield make_use("gas in the gap", "Song1993", "Yovanovich1982")

@@ -65,7 +65,8 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             current=request[CURRENT],
         )
 
-    return joints.outcome(request, work, contacts.over_draws(compute))
+    result = contacts.by_ceiling(lambda pairs: pairs.over_draws(compute))
+    return joints.outcome(request, work, result)
 
 
 def _check(request: Request) -> None:
@@ -133,6 +134,7 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
         *joints.RANGE,
         *options.MATERIALS,
         *_CONDUCTORS,
+        *options.COATINGS,
         *joints.CONTACT,
         joints.OUTPUT,
         FIGURE,

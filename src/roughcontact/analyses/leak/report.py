@@ -32,7 +32,7 @@ from roughcontact.report.kind import (
 )
 from roughcontact.report.page import WIDE
 from roughcontact.report.presentation import Presentation
-from roughcontact.uncertainty.intervals import Cause, ErrorSource, Interval
+from roughcontact.uncertainty.intervals import Interval
 from roughcontact.units import (
     format_change,
     format_engineering,
@@ -293,17 +293,11 @@ def _interval(result: Leakage, axis: int) -> Interval:
     """Return the interval of a permeability under the largest load."""
     coarser = math.nan if result.coarser is None else result.coarser.permeability[axis]
     value = float(result.permeability(axis)[-1])
-    interval = uncertainty.joint_interval(
-        result, f"permeability_{AXES[axis]}", value, axis, coarser, *result.draws[axis:][:1]
-    )
-    if result.base is None:
-        return interval
-    # The ceiling of a coated body is between those of its coating and its base.
-    coating, base = (flow_of(item.steps[-1])[axis] for item in (result, result.base))
-    change = relative_change(base, coating)
-    ceiling = ErrorSource(Cause.YIELDING, min(change, 0.0), max(change, 0.0))
-    others = (doubt for doubt in interval.doubts if doubt.cause is not Cause.YIELDING)
-    return replace(interval, doubts=(ceiling, *others))
+    base = None if result.base is None else flow_of(result.base.steps[-1])[axis]
+    change = math.nan if base is None else relative_change(base, flow_of(result.steps[-1])[axis])
+    draws = result.draws[axis:][:1]
+    name = f"permeability_{AXES[axis]}"
+    return uncertainty.joint_interval(result, name, value, axis, coarser, *draws, base=change)
 
 
 def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:

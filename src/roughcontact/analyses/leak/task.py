@@ -11,7 +11,6 @@ from roughcontact.request.options import LENGTH, PRESSURE, Option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
-from roughcontact.solvers.progress import one_of_several
 
 if TYPE_CHECKING:
     from roughcontact.analyses.leak.model import Leakage, Seal
@@ -53,18 +52,10 @@ _FLUID = (FLOW_AXIS, *_SEAL)
 
 def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.leak.model import LEAKAGE_NAME
-    from roughcontact.contact.ceiling import is_bracket
-    from roughcontact.contact.result import BASE, COATING
 
     contacts = joints.JointContacts.from_request(request, work)
     contacts.require_map(LEAKAGE_NAME)
-    if not is_bracket(request.pair(contacts.maps), request[options.CEILING]):
-        return joints.outcome(request, work, _leakage(contacts))
-    coating, base = (
-        _leakage(contacts.under_ceiling(ceiling, one_of_several(work.look, number, 2)))
-        for number, ceiling in enumerate((COATING, BASE), start=1)
-    )
-    return joints.outcome(request, work, replace(coating, base=base))
+    return joints.outcome(request, work, contacts.by_ceiling(_leakage))
 
 
 def _leakage(contacts: joints.JointContacts) -> Leakage:

@@ -196,14 +196,29 @@ def _parts(interval: Interval) -> tuple[str, str]:
 
 
 def joint_interval(
-    joint: Any, name: str, value: float, index: int, coarser: float, over: Mean | None = None
+    joint: Any,
+    name: str,
+    value: float,
+    index: int,
+    coarser: float,
+    over: Mean | None = None,
+    *,
+    base: float = math.nan,
 ) -> Interval:
-    """Return the interval of a quantity of a joint under its largest load."""
+    """Return the interval of a quantity of a joint under its largest load.
+
+    With its relative change ``base`` under the ceiling of the base of a coated body the true value
+    is between both.
+    """
     known = joint.calibrated
     calibrated = (math.nan, math.nan)
     if known is not None:
         calibrated = known.numbers[index], known.contact_area
     interval = uncertainty.joint_interval(name, value, joint.largest, coarser, calibrated)
+    if not math.isnan(base):
+        ceiling = ErrorSource(Cause.YIELDING, min(base, 0.0), max(base, 0.0))
+        others = (doubt for doubt in interval.doubts if doubt.cause is not Cause.YIELDING)
+        interval = replace(interval, doubts=(ceiling, *others))
     if over is None or over.count < 2 or not over.value:
         return interval
     half = (over.high - over.value) / over.value

@@ -153,8 +153,8 @@ class LoadCurve(StepResult):
     def constriction_length(self) -> Array:
         """Constriction length 2 (dW/dω)/E* of the whole contact [m], shape (n,).
 
-        Saturated pixels are included. The constriction length over the sum of the resistivities of
-        the two bodies is the electrical conductance of the contact, and likewise the thermal one
+        Of bodies without coating; saturated pixels are included. The constriction length over the
+        sum of the resistivities of the two bodies is the electrical conductance, likewise thermal
         (Barber 2003, doi:10.1098/rspa.2002.1038). A circle of radius a has 4 a, elastic or
         saturated: yielded metal conducts.
         """
