@@ -191,7 +191,8 @@ def test_run_waits_for_workers_and_survives_one_without_memory(
     head, _, _ = path.read_text(encoding="utf-8").partition(LARGE)
     first = head.index("[[contact]]")
     path.write_text(head[:first] + LARGE.lstrip() + head[first:], encoding="utf-8")
-    write_large(path.parent, 1280)
+    # Its solve needs some 500 MB: with 300 MB the worker may stop taking tasks, but live on.
+    write_large(path.parent, 2048)
     run = cluster.run(path, "--json", stdout=subprocess.PIPE)
     assert run.stderr is not None
     line = run.stderr.readline()

@@ -300,10 +300,10 @@ class Request(OptionValues):
         else:
             self.task.memory(self, shape)
         if self.get(shared.REPORT) is not None:
-            from roughcontact.surface.grid import CORRELATED, require_memory
+            from roughcontact.surface.grid import CORRELATED_ARRAYS, require_memory
 
             # In addition to the bodies: pressure, gap, and roughness parameters.
-            require_memory(shape, self._map_count + 2 + CORRELATED, "the report on a map")
+            require_memory(shape, self._map_count + 2 + CORRELATED_ARRAYS, "the report on a map")
 
     def require_contact(self, shape: tuple[int, int], held: int = 0) -> None:
         """Raise `InsufficientMemoryError` unless a contact and ``held`` further maps fit."""

@@ -231,7 +231,7 @@ def align(
     heights = np.asarray(heights, dtype=np.float64)
     ny, nx = heights.shape
     placement = grid_positions((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
-    grid.require_memory(new_shape, grid.RESAMPLED)
+    grid.require_memory(new_shape, grid.RESAMPLED_ARRAYS)
     new = sample(heights, placement, new_shape)
     if np.isnan(new).all():
         old_size = ny * pixel[0], nx * pixel[1]

@@ -106,7 +106,7 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
             f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; "
             f"use {ArgumentRef('method', 'bandlimited')}"
         )
-    grid.require_memory(max(heights.shape, new, key=math.prod), grid.RESAMPLED)
+    grid.require_memory(max(heights.shape, new, key=math.prod), grid.RESAMPLED_ARRAYS)
     values = heights.copy()
     # The axis that shrinks most comes first, for the smallest intermediate array.
     axes = sorted((0, 1), key=lambda axis: new[axis] / heights.shape[axis])

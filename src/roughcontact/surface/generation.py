@@ -224,7 +224,7 @@ def generate(
     [4e-07, 8e-06, -0.8]
     """
     shape, edges = as_pair(shape, "shape"), as_pair(to_si(pixel, "length", "pixel"), "pixel")
-    require_grid(shape, edges, grid.TRANSLATED)
+    require_grid(shape, edges, grid.TRANSLATED_ARRAYS)
     seed = random_surfaces.seed_of(rng)
     specified = _in_metres(
         Sq=Sq,

@@ -123,19 +123,19 @@ def _spacing(pixel: Any) -> float:
 # --- Memory for the creation of a map ---
 
 
-BYTES_PER_GENERATED_POINT = 7
+SAMPLED_ARRAYS = 7
 """Number of maps held at once while a form is sampled on a grid."""
 
 GENERATED_ARRAYS = 3
 """The same while a random surface is generated."""
 
-TRANSLATED = 17
+TRANSLATED_ARRAYS = 17
 """The same while a map is translated to a distribution of heights and a spectrum."""
 
-RESAMPLED = 6
+RESAMPLED_ARRAYS = 6
 """The same while a map is resampled on another grid."""
 
-CORRELATED = 10
+CORRELATED_ARRAYS = 10
 """The same while the autocorrelation of a map is computed, for Sal and Str."""
 
 COPIED = 2

@@ -458,7 +458,7 @@ _MIN_OVERLAP = 0.05
 def autocorrelation(heights: Array) -> Array:
     """Return the autocorrelation function of a map, f_ACF, for lags up to half its sides."""
     ny, nx = heights.shape
-    grid.require_memory((ny, nx), grid.CORRELATED, "the autocorrelation of a map")
+    grid.require_memory((ny, nx), grid.CORRELATED_ARRAYS, "the autocorrelation of a map")
     half_y, half_x = ny // 2, nx // 2
     mean, count = mean_and_count(heights)
     Sq = rms_height(heights)

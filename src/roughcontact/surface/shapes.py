@@ -231,7 +231,7 @@ def _require_points(heights: Array, name: str) -> Array:
     return heights
 
 
-def require_grid(shape: Shape, pixel: Pixel, maps: int = grid.BYTES_PER_GENERATED_POINT) -> None:
+def require_grid(shape: Shape, pixel: Pixel, maps: int = grid.SAMPLED_ARRAYS) -> None:
     """Raise an error unless grid and pixel edges are positive and the maps fit in memory."""
     if len(shape) != 2 or min(shape) < 1:
         raise input_error("shape", shape, "must be (ny, nx), both at least 1")
