@@ -442,7 +442,7 @@ class IncrementLoop:
                 sizes[part] = plastic_flow.equivalent_strain(x[part]).max()
 
         self._workspace.each(measure, range(len(x)))
-        minimum = max(body.law.initial / (2 * body.shear_modulus) for body in self.bodies)
+        minimum = max(plastic_flow.yield_strain(body.material) for body in self.bodies)
         return float(changes.max()) / max(minimum, float(sizes.max()))
 
 

@@ -285,3 +285,12 @@ def shift_field(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
 def equivalent_strain(strain: Array) -> Array:
     """Return √(2/3 e:e) of traceless strains, shape (5, n)."""
     return tensors.equivalent(strain) * strain.dtype.type(2 / 3)
+
+
+def yield_strain(material: Material) -> float:
+    """Return the equivalent elastic strain at first yield, σ_Y/(3μ).
+
+    At a von Mises stress of σ_Y the elastic strain s/(2μ) has √(2/3 e:e) = σ_Y/(3μ): Simo and
+    Hughes 1998, Computational Inelasticity, sec. 3.3.1, return by (q − σ_Y)/(3μ).
+    """
+    return float(material.law.initial) * 2 * (1 + material.poisson) / (3 * material.young)

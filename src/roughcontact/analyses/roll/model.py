@@ -22,6 +22,7 @@ from roughcontact.contact import archive as contact_archive
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.elastoplastic import archive, plausibility
 from roughcontact.elastoplastic.plastic_body import PlasticBody
+from roughcontact.elastoplastic.plastic_flow import yield_strain
 from roughcontact.elastoplastic.solve import TOLERANCE, solve_elastoplastic
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult, PathPoint
 from roughcontact.errors import InputError, input_error, require_count
@@ -174,7 +175,7 @@ def _largest(values: Array) -> float:
 # --- Repeated passes of a counter-body over yielding bodies ---
 
 
-# Strain that a pass adds, over the yield strain σ_Y/3μ, up to which it is treated as zero; and net
+# Strain that a pass adds, over the yield strain σ_Y/(3μ), up to which it is treated as zero; and net
 # over added strain of a pass up to which the strain is treated as alternating.
 _NONE, _LEFT = 0.01, 0.02
 # Relative change between passes up to which they are treated as equal.
@@ -229,7 +230,7 @@ class RollingResult(Result):
     def shakedown(self) -> Shakedown:
         """Response to repeated passes.
 
-        Elastic shakedown if the last pass adds less than 1 % of the yield strain σ_Y/3μ. Plastic
+        Elastic shakedown if the last pass adds less than 1 % of the yield strain σ_Y/(3μ). Plastic
         shakedown if the last pass adds the same strain as the pass before, to 10 %, and the net
         strain is less than 2 % of it or 1 % of the yield strain; ratcheting if the net strain is
         larger, and the same as that of the pass before. Not resolved if the steps of a pass are
@@ -268,7 +269,7 @@ class RollingResult(Result):
     @property
     def strain_threshold(self) -> float:
         """Plastic strain of a pass up to which it is treated as zero."""
-        return _NONE * min(map(_yield_strain, self.result.bodies))
+        return _NONE * min(yield_strain(body.material) for body in self.result.bodies)
 
     @property
     def outcome_text(self) -> str:
@@ -547,11 +548,6 @@ def _pass(
 
 def _is_steady(values: list[float]) -> bool:
     return len(values) > 1 and abs(values[-1] - values[-2]) <= _STEADY_TOLERANCE * values[-1]
-
-
-def _yield_strain(body: PlasticBody) -> float:
-    modulus = body.material.young / (2 * (1 + body.material.poisson))
-    return body.material.law.initial / (3 * modulus)
 
 
 @validate_arguments

@@ -250,7 +250,7 @@ class VolumePresentation(Presentation):
         )
         yield (
             "Residual: largest change of the plastic strain in the last iteration of an increment, "
-            "over its largest strain or the yield strain σ_Y/(2μ). Yield excess: von Mises stress "
+            "over its largest strain or the yield strain σ_Y/(3μ). Yield excess: von Mises stress "
             "over yield strength, less one, computed again from strain and pressure. Certificate "
             f"of the contact: ε = ‖p − max(p − g/K₀₀, 0)‖ / ‖p‖. {chapters.RIGHT_PROBLEM}"
         )
