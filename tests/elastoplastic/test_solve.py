@@ -33,6 +33,7 @@ SWIFT = rc.Material(young=YOUNG, poisson=POISSON, hardening=Swift(1240e6, 30, 0.
 PERFECT = rc.Material(young=YOUNG, poisson=POISSON, yield_strength=1656e6)
 ELASTIC = rc.Material(young=YOUNG, poisson=POISSON)
 MORE = dict(depth=18e-6)
+FIELDS = ("plastic_strain", "accumulated", "stress", "residual_stress")
 
 
 def ball(shape=(24, 22), pixel=(PIXEL, PIXEL), factor=1.0):
@@ -72,6 +73,24 @@ def test_the_state_is_admissible(loaded) -> None:
     assert loaded.plastic_depth < 18e-6
     assert body.plastic_volume == loaded.plastic_volume
     assert loaded.increments[-1].plastic_volume == pytest.approx(loaded.plastic_volume)
+
+
+def test_states_passed_to_on_step_keep_their_values(loaded) -> None:
+    kept = []
+
+    def on_step(number, state) -> None:
+        arrays = [getattr(body, name) for body in state.bodies for name in FIELDS]
+        kept.append((arrays, [array.copy() for array in arrays]))
+
+    loads = [0.2, 0.4, 0.65]
+    solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=loads, on_step=on_step, **MORE)
+    assert len(kept) == 3
+    for arrays, copies in kept:
+        for array, copy in zip(arrays, copies, strict=True):
+            np.testing.assert_array_equal(array, copy)
+            assert not array.flags.writeable
+    for array, name in zip(kept[-1][0], FIELDS, strict=True):
+        np.testing.assert_array_equal(array, getattr(loaded.bodies[0], name))
 
 
 def test_gap_certificate_and_load(loaded) -> None:

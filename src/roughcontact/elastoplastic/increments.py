@@ -211,9 +211,11 @@ class IncrementLoop:
         """Whether any plastic strain was added in the last increment."""
         return any(part.any() for added in self._added for part in added)
 
-    def unfreeze_strain(self) -> None:
-        """Make the plastic strain writable again, which a result has made read-only."""
+    def unfreeze_strain(self, *, copy: bool) -> None:
+        """Make the plastic strain writable again, or a copy of it, which a result then keeps."""
         for body in self.bodies:
+            if copy:
+                body.strain, body.accumulated = body.strain.copy(), body.accumulated.copy()
             body.strain.flags.writeable = True
 
     def displacement(self) -> Array:

@@ -445,7 +445,8 @@ class _PathRun:
         reach = stepping.visit_load if self.automatic else IncrementLoop.reach
         for number in range(first, len(self.path)):
             result = None
-            loop.unfreeze_strain()
+            # The user may keep the states that `each` receives.
+            loop.unfreeze_strain(copy=self.each is not None)
             point = self.path[number]
             status = reach(loop, point, done, self._iteration_callback(number))
             if status != CONVERGED:

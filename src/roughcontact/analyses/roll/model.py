@@ -175,8 +175,8 @@ def _largest(values: Array) -> float:
 # --- Repeated passes of a counter-body over yielding bodies ---
 
 
-# Strain that a pass adds, over the yield strain σ_Y/(3μ), up to which it is treated as zero; and net
-# over added strain of a pass up to which the strain is treated as alternating.
+# Strain that a pass adds, over the yield strain σ_Y/(3μ), up to which it is treated as zero; and
+# net over added strain of a pass up to which the strain is treated as alternating.
 _NONE, _LEFT = 0.01, 0.02
 # Relative change between passes up to which they are treated as equal.
 _STEADY_TOLERANCE = 0.1
