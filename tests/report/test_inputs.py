@@ -82,7 +82,7 @@ def test_profile_parameters_match_an_independent_computation() -> None:
     heights = 1e-7 * noise + 2e-6 * np.sin(2 * np.pi * x / 300e-6) + 1e-3 * x
     surface = rc.Surface(heights, spacing).leveled()
     expected = iso_parameters(heights, spacing, cutoff)
-    found = {**inputs.primary(surface), **inputs.filtered(surface)}
+    found = {**surface.roughness(), **inputs.filtered(surface)}
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=1e-6), name
     headline = inputs.headline(inputs.measured(surface), "trace.txt")

@@ -47,15 +47,15 @@ def test_invalid_profile_raises_input_error(heights, pixel, words):
 def test_the_parameters_of_a_sine_are_known():
     _, z = wave()
     found = rc.Surface(z, SPACING).roughness()
-    assert found["Rq"] == pytest.approx(1e-6 / math.sqrt(2), rel=1e-6)
-    assert found["Ra"] == pytest.approx(2e-6 / math.pi, rel=1e-3)
-    assert found["Rku"] == pytest.approx(1.5, rel=1e-6)
-    assert found["Rsk"] == pytest.approx(0, abs=1e-4)
-    assert found["Rt"] == pytest.approx(2e-6, rel=1e-3)
-    assert found["Rz"] == pytest.approx(2e-6, rel=1e-3)
-    assert found["Rsm"] == pytest.approx(1e-4, rel=1e-4)
+    assert found["Pq"] == pytest.approx(1e-6 / math.sqrt(2), rel=1e-6)
+    assert found["Pa"] == pytest.approx(2e-6 / math.pi, rel=1e-3)
+    assert found["Pku"] == pytest.approx(1.5, rel=1e-6)
+    assert found["Psk"] == pytest.approx(0, abs=1e-4)
+    assert found["Pt"] == pytest.approx(2e-6, rel=1e-3)
+    assert found["Pz"] == pytest.approx(2e-6, rel=1e-3)
+    assert found["Psm"] == pytest.approx(1e-4, rel=1e-4)
     # Three points at each end have no slope.
-    assert found["Rdq"] == pytest.approx(2 * np.pi * 1e-2 / math.sqrt(2), rel=1e-3)
+    assert found["Pdq"] == pytest.approx(2 * np.pi * 1e-2 / math.sqrt(2), rel=1e-3)
 
 
 def test_small_peaks_are_no_elements():
@@ -338,7 +338,7 @@ def test_the_roughness_of_a_file_is_without_waves_beyond_the_cutoff():
     assert found["Rq"] == pytest.approx(1e-6 / math.sqrt(2), rel=2e-2)
     assert found["Rsm"] == pytest.approx(8e-5, rel=1e-2)
     assert found["Rz"] == pytest.approx(2e-6, rel=5e-2)
-    assert inputs.primary(surface)["Pq"] > 3e-6
+    assert surface.roughness()["Pq"] > 3e-6
 
 
 @pytest.mark.parametrize("phase", [0.1, 0.4, 1.3])

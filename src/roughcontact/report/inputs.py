@@ -236,7 +236,7 @@ def _brief_parameters(surface: Surface) -> list[Cells]:
     if wave is not None:
         head = f"λc {format_engineering(wave, 'm')}"
         rows.append((head, ("Rq", "Ra", "Rz", "Rt"), filtered(surface)))
-    rows.append(("all waves", ("Pq", "Pa", "Pz", "Pt"), primary(surface)))
+    rows.append(("all waves", ("Pq", "Pa", "Pz", "Pt"), surface.roughness()))
     return [
         (head, *(f"{name} {_parameter(values[name], 'm')}" for name in names))
         for head, names, values in rows
@@ -289,7 +289,7 @@ def file_row(result: Measured | None, name: str) -> Cells:
         return (name, *("",) * (len(FILE_HEADS) - 2), "cannot be read")
     surface, first = result.surface, int(result.surface.is_profile)
     values = result.leveled.roughness()
-    heights = [values["Rq"], values["Rt"]] if first else [values["Sq"], values["Sz"]]
+    heights = [values["Pq"], values["Pt"]] if first else [values["Sq"], values["Sz"]]
     edges = surface.pixel[first:] if len(set(surface.pixel)) > 1 else surface.pixel[:1]
     cells = (
         "×".join(map(str, surface.shape[first:])),
@@ -349,7 +349,7 @@ FILE_OF_PROFILE = (
             else f"{format_engineering(v, 'm')}, the largest λc of which five fit"
         ),
     ),
-    Quantity("primary", of=lambda result: primary(result.leveled)),
+    Quantity("primary", of=lambda result: result.leveled.roughness()),
     Quantity("roughness", of=lambda result: filtered(result.leveled)),
 )
 """Quantities of a profile in a file, `Measured`."""
@@ -358,11 +358,6 @@ FILE_OF_PROFILE = (
 def file_table(result: Measured) -> Table:
     """Return the quantities of a map or of a profile in a file."""
     return FILE_OF_PROFILE if result.surface.is_profile else FILE
-
-
-def primary(surface: Surface) -> dict[str, float]:
-    """Return the primary-profile parameters of a leveled profile, by symbol."""
-    return {f"P{name[1:]}": value for name, value in surface.roughness().items()}
 
 
 def filtered(surface: Surface) -> dict[str, float]:
@@ -403,7 +398,7 @@ PROFILE_ROUGHNESS = {
 
 def profile_parameters(surface: Surface) -> list[tuple[str, str, str, str]]:
     """Return rows of name, value of the primary and roughness profile, and meaning."""
-    whole, rough = primary(surface), filtered(surface)
+    whole, rough = surface.roughness(), filtered(surface)
     return [
         (
             f"P{name}, R{name}",

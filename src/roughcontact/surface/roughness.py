@@ -61,9 +61,9 @@ ratio. Vmp = Vm(p), Vmc = Vm(q) - Vm(p), Vvc = Vv(p) - Vv(q), Vvv = Vv(q).
 ISO 25178-2:2021, section 4.5 (void and material volume); the default ratios of 10 % and 80 % are
 from ISO 25178-3.
 
-`summary`: Only the mean is subtracted. The letter R is right for a profile without its waves
-beyond λc (`cutoff`); of one that was only leveled these are Pa, Pq and so on of the primary
-profile, whose section length is all of it. Rp, Rv and Rz are means over the sections: of the
+`summary`: Only the mean is subtracted. R-parameters are those of a profile without its waves
+beyond λc (`cutoff`), P-parameters those of the primary profile, whose section length is all of it.
+Rp, Rv and Rz are means over the sections: of the
 highest peak, of the deepest dale, and of the height between both. Rt is that of all of the
 profile. Short waves are not removed (λs). Rsm is the mean width of profile elements:
 from one crossing of the mean line to the next in the same direction, where between the two a
@@ -375,27 +375,30 @@ _COUNTED = 0.1
 _SLOPE = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0])
 
 
-def summary(heights: Array, spacing: float, sections: int = 1) -> dict[str, float]:
-    """Return the parameters of a profile, by the symbols of the standard and in SI units."""
+def summary(
+    heights: Array, spacing: float, sections: int = 1, profile: str = "R"
+) -> dict[str, float]:
+    """Return the parameters of an R or P profile, by the symbols of ISO 21920-2 and in SI units."""
     require_positive(spacing=spacing)
-    values = height_parameters(heights[None])
-    z = heights - (float(np.nanmax(heights)) - values["Sp"])
+    areal = height_parameters(heights[None])
+    z = heights - (float(np.nanmax(heights)) - areal["Sp"])
     parts = _parts(z, sections)
     peak, dale = (float(np.mean([end(part) for part in parts])) for end in (np.nanmax, np.nanmin))
     depth = peak - dale
-    return {
-        "Rq": values["Sq"],
-        "Ra": values["Sa"],
-        "Rsk": values["Ssk"],
-        "Rku": values["Sku"],
-        "Rp": peak,
-        "Rv": -dale,
-        "Rt": values["Sz"],
-        "Rz": depth,
-        "Rsm": element_width(z, spacing, _COUNTED * depth),
-        "Rdq": rms_slope(heights, spacing),
-        "Rda": mean_absolute_slope(heights, spacing),
+    values = {
+        "q": areal["Sq"],
+        "a": areal["Sa"],
+        "sk": areal["Ssk"],
+        "ku": areal["Sku"],
+        "p": peak,
+        "v": -dale,
+        "t": areal["Sz"],
+        "z": depth,
+        "sm": element_width(z, spacing, _COUNTED * depth),
+        "dq": rms_slope(heights, spacing),
+        "da": mean_absolute_slope(heights, spacing),
     }
+    return {f"{profile}{name}": value for name, value in values.items()}
 
 
 def cutoff(length: float) -> float | None:

@@ -147,11 +147,11 @@ class Surface(Displayable):
             counter-clockwise from x, row 0 on top), ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``,
             ``Sxp``, ``Sdc``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``, and ``m``, the mean absolute slope
             along a profile: see `roughcontact.surface.surface.summary`. The map is neither leveled
-            nor filtered; missing points are excluded. For a profile the parameters of ISO 21920-2:
-            see `roughcontact.surface.roughness.summary`.
+            nor filtered; missing points are excluded. For a profile ``Pq``, ``Pa``, ``Pt`` and
+            others of ISO 21920-2: see `roughcontact.surface.roughness.summary`.
         """
         if self.is_profile:
-            return roughness.summary(self.heights[0], self.pixel[1])
+            return roughness.summary(self.heights[0], self.pixel[1], profile="P")
         return summary(self.heights, self.pixel)
 
     def material_ratio(self, height: Quantity) -> float:
