@@ -11,6 +11,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.analyses.conductance.model import slip_factor
 from roughcontact.analyses.leak.flow import flow, flow_gap
+from roughcontact.analyses.leak.model import MIN_FLUID_SHARE
 from roughcontact.analyses.leak.task import GAS
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
@@ -180,7 +181,7 @@ def test_a_fluid_that_carries_the_load_opens_the_gap() -> None:
         found = rc.leakage(RESULT, viscosity=1e-3, pressure_difference=difference)
         assert found.fluid_share[0] == near(carried * area / 1.0)
         told = [caution for caution in found.cautions if caution.kind == CautionTag.FLUID_PRESSURE]
-        assert bool(told) == (found.fluid_share[0] > 0.05)
+        assert bool(told) == (found.fluid_share[0] > MIN_FLUID_SHARE)
     # Solved under what the fluid leaves, the loads are the whole ones again.
     fluid = carried * area
     rest = rc.solve(ROUGH, material=STEEL, load=1.0 - fluid, boundary="periodic")
@@ -188,6 +189,19 @@ def test_a_fluid_that_carries_the_load_opens_the_gap() -> None:
     assert opened.column("load") == near(1.0)
     assert opened.rate(0) > 1.05 * found.rate(0)
     assert CautionTag.FLUID_PRESSURE not in [caution.kind for caution in opened.cautions]
+
+
+@pytest.mark.parametrize("load", [0.3, 8.0, 12.0])
+def test_neglected_share_of_fluid_is_within_the_interval(load: float) -> None:
+    coarser = ROUGH.resampled(pixel=(2 * ROUGH.pixel[0], 2 * ROUGH.pixel[1]))
+    whole, rest, coarse = (
+        rc.solve(surface, material=STEEL, load=part * load, boundary="periodic")
+        for surface, part in ((ROUGH, 1), (ROUGH, 1 - MIN_FLUID_SHARE), (coarser, 1))
+    )
+    found = rc.leakage(whole, **WATER).with_coarser_grid(coarse)
+    after = rc.leakage(rest, **WATER)
+    for axis, interval in enumerate(found.summary()["intervals"]):
+        assert found.permeability(axis)[0] < after.permeability(axis)[0] < interval["high"]
 
 
 def test_blocked_direction_has_zero_leak_rate() -> None:

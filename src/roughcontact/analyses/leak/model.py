@@ -61,7 +61,7 @@ _THRESHOLD_DISTANCE = 0.1
 
 _GRID_TOLERANCE = 0.1
 
-MIN_FLUID_SHARE = 0.05
+MIN_FLUID_SHARE = 0.005
 """Share of the load above which the load on the fluid is subtracted from the load."""
 
 LEAK_CLASSES = (

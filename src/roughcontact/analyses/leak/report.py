@@ -266,7 +266,7 @@ def _pressed(result: Leakage) -> str:
             "where the smooth forms of the bodies touch (its thrust on free faces belongs to the "
             "clamping force)"
         )
-    share = f"{100 * MIN_FLUID_SHARE:.0f} %"
+    share = format_percent(MIN_FLUID_SHARE)
     return (
         f"The fluid carries a part of the load {where}; from {share} on the bodies deform under "
         "both pressures."
