@@ -62,7 +62,7 @@ def measured(folder: Path) -> Iterator[tuple[str, rc.Surface]]:
 
 
 def case(finish: str, surface: rc.Surface, index: int) -> dict[str, Any]:
-    """Return what a solved contact of a map has."""
+    """Return the quantities of a solved contact of a map."""
     name, pressure = (("C45", 20e6), ("6082-T6", 10e6), ("42CrMo4", 60e6))[index % 3]
     result = rc.solve(
         surface,

@@ -204,7 +204,7 @@ def test_results_of_version_0_2_0_keep_their_kinds_and_texts() -> None:
     text = {
         "kind": "lateral resolution of the measurement",
         "severity": "note",
-        "text": "waves shorter than 2 µm cannot be told from noise",
+        "text": "waves shorter than 2 µm are mostly noise",
         "numbers": {},
     }
     (old,) = cautions.from_text(json.dumps([text]))

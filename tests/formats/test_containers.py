@@ -293,7 +293,7 @@ def test_damaged_containers_raise_input_error_or_read_unchanged(tmp_path: Path) 
     assert 50 < refusals < 150
 
 
-# What the library of the site writes, in a process: it warns on import.
+# Files of the library of the site, in a process: it warns on import.
 PEER = """
 import sys
 import numpy as np

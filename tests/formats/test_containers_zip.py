@@ -27,7 +27,7 @@ def add(path: Path, name: str, content: bytes, packing: int = zipfile.ZIP_DEFLAT
 
 
 def state_sizes(path: Path, size: int) -> None:
-    """Let the directory of an archive state another size of its members that are large."""
+    """State another size of the large members in the directory of an archive."""
     content = bytearray(path.read_bytes())
     entry = content.find(b"PK\1\2")
     while entry >= 0:
@@ -49,7 +49,7 @@ def test_archive_bombs_raise_format_error(x3p: Path) -> None:
     state_sizes(x3p, 2**32 - 2)
     with pytest.raises(FormatError, match=r"^map.x3p holds 12.0 GiB, more than the 8 GiB"):
         source.check_archive(x3p)
-    # Fewer bytes, of which as many are packed in as few as nothing that was measured is.
+    # Fewer bytes, packed more densely than any measurement.
     state_sizes(x3p, 10**9)
     with pytest.raises(FormatError, match=r"holds 2.8 GiB or more, packed into 0.0 MiB"):
         source.check_archive(x3p)

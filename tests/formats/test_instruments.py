@@ -74,7 +74,7 @@ def test_rows_and_columns_are_not_swapped() -> None:
         from SurfaceTopography.IO import read_topography
 
         reference = read_topography(str(path), format="x3p")
-    # The grid is square, so only the content and the pixel tell the axes apart.
+    # The grid is square, so the axes differ in content and pixel only.
     np.testing.assert_array_equal(surface.heights[3, 7:99], reference.heights()[7:99, 3])
     assert surface.pixel == pytest.approx((3.14582114e-07, 1.27656510e-07), rel=1e-8)
 

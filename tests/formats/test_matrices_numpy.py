@@ -35,7 +35,7 @@ def archive(
 
 
 def state_size(path: Path, name: str, size: int) -> None:
-    """Let the directory of an archive state another size of a member."""
+    """State another size of a member in the directory of an archive."""
     content = bytearray(path.read_bytes())
     entry = content.rindex(name.encode()) - 46
     assert content[entry : entry + 4] == b"PK\1\2"
@@ -51,7 +51,7 @@ def damage(path: Path, wanted: bytes) -> None:
 
 
 def test_unused_arrays_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # More than is looked at for a head.
+    # More than the bytes that are read of a header.
     path = archive(tmp_path / "map.npz", {"more.npy": npy(np.full((1000, 99), 7.25))})
     damage(path, struct.pack("<d", 7.25))
     monkeypatch.setattr(memory, "free_bytes", lambda: 1000)
@@ -96,7 +96,7 @@ def test_a_head_without_an_end(tmp_path: Path, kind: str) -> None:
     path = tmp_path / f"map.{kind}"
     if kind == "npy":
         path.write_bytes(content)
-        # A file without blocks of its own that takes the length that is stated.
+        # A sparse file of the stated length.
         with path.open("r+b") as stream:
             stream.truncate(2**31 + 12)
     else:

@@ -219,7 +219,7 @@ def test_member_with_wrong_md5_raises_format_error(name: str, tmp_path: Path) ->
         archive.writestr("main.xml", document)
         archive.writestr("bindata/data.bin", members["bindata/data.bin"])
     assert rc.read_surface(path).shape == rough().shape
-    # But not with more points than it tells of: the first of them would be read, moved.
+    # But not with more points than stated: the first of them would be read, moved.
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("main.xml", document)
         archive.writestr("bindata/data.bin", bytes(8) + members["bindata/data.bin"])

@@ -25,7 +25,7 @@ HEIGHTS = np.arange(30.0 * 40).reshape(30, 40) * 1e-9
 def map_file(
     path: Path, height: Callable[[h5py.File], h5py.Dataset], shape: tuple[int, int] = (30, 40)
 ) -> Path:
-    """Write a map of which somebody else makes the heights."""
+    """Write a map whose heights a function creates."""
     with h5py.File(path, "w") as file:
         heights = height(file)
         heights.attrs["units"] = "m"
@@ -39,7 +39,7 @@ def map_file(
 
 @pytest.fixture
 def other(tmp_path: Path) -> Path:
-    """A map in another file, which nobody named."""
+    """A map in another file, which is not an argument."""
     (tmp_path / "secret.bin").write_bytes(HEIGHTS.tobytes())
     return map_file(tmp_path / "other.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
 

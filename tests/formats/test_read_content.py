@@ -27,7 +27,7 @@ def close(surface: Any, metre: float = 1e-6) -> None:
     np.testing.assert_allclose(surface.heights, HEIGHTS * metre, rtol=1e-12)
 
 
-# What gzip has packed
+# Files compressed by gzip
 
 
 def test_compressed_file_is_read_as_its_content(tmp_path: Path) -> None:
@@ -77,7 +77,7 @@ def test_the_content_decides_where_the_suffix_errs(tmp_path: Path) -> None:
         close(surface)
         assert surface.provenance.origin is not None
         assert surface.provenance.origin.found["format"] == "text"
-    # Whoever names the format is believed.
+    # A given format decides.
     assert_rejected(wrong, "is no plain text", format="text", unit="um", size=SIZE)
     unknown = tmp_path / "map.bin"
     unknown.write_bytes(bytes(range(256)))
@@ -232,7 +232,7 @@ def test_damaged_classic_netcdf_raises_format_error(tmp_path: Path) -> None:
             read_surface(path)
 
 
-# What asks for more than any machine has
+# Files that need more memory than any machine has
 
 
 @pytest.mark.long

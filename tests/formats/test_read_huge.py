@@ -1,4 +1,4 @@
-"""Files that ask for more than any machine has are refused at once, whatever it is that asks.
+"""Files that need more memory than any machine has are rejected at once.
 
 They are read by a second process under a limit of time and of memory, see `bounded_reader`.
 """
@@ -92,7 +92,7 @@ def test_files_of_a_terabyte(reader: Reader, every: list[Sample], tmp_path: Path
         if "refused" in answer:
             assert not wrong_in_message(sample, answer), (sample.name, answer)
         else:
-            # HDF5 knows where its file ends.
+            # HDF5 stores the end of its file.
             assert sample.name.endswith(".nc")
 
 

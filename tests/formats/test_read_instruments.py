@@ -1,4 +1,4 @@
-"""One reader of SurfaceTopography at a time gives what the whole library gives."""
+"""One reader of SurfaceTopography at a time returns the same as the whole library."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HEAVY = (
 
 
 def files(folder: Path) -> Iterator[tuple[Path, dict[str, str]]]:
-    """Give every file of an instrument that there is, and what is said with it."""
+    """Yield the files of all instruments with their arguments."""
     for sample in (*samples.made(folder), *samples.measured()):
         path = folder / sample.name
         if SUFFIXES.get(path.suffix, "di") in instruments.SUFFIXES:

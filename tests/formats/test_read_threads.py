@@ -17,7 +17,7 @@ pytestmark = needs_reader
 
 
 def state() -> tuple[object, ...]:
-    """Return what libraries like to change for a while."""
+    """Return the global state that libraries change temporarily."""
     return (
         sys.stdout,
         sys.stderr,
@@ -41,7 +41,7 @@ def test_many_threads_read_and_leave_everything_as_it_is(
     for sample in (*samples.made(tmp_path), *samples.measured()):
         path = tmp_path / sample.name
         path.write_bytes(sample.content)
-        # Alone first: importing a library may set filters of its own.
+        # Alone first: importing a library may set its filters.
         files.append((path, sample.arguments, read_surface(path, **sample.arguments)))
     before, seen, wrong = state(), set(), []
     start = threading.Barrier(len(files))

@@ -1,4 +1,4 @@
-"""What an error says about a file that is no map."""
+"""Errors about files that are no maps."""
 
 import zipfile
 from pathlib import Path

@@ -106,7 +106,7 @@ def test_json_holds_the_summary(result: rc.ContactResult, tmp_path: Path) -> Non
         "yield_strength": 1e9,
         "hardness": None,
     }
-    # A rigid body's modulus is infinite, of which JSON knows nothing.
+    # A rigid body's modulus is infinite, which JSON cannot represent.
     assert read["counter_material"]["young"] is None
     assert read["converged"] is True
     assert read["counter_source"] is None

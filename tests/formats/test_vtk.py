@@ -172,7 +172,7 @@ def test_the_stress_in_the_file_is_in_equilibrium(tmp_path: Path) -> None:
     pressure = maps["pressure"].reshape(shape)
     heights = np.diff(cells["z"])
     column = 10
-    # At the centre of that column; half of its pressure lies on this side.
+    # At the center of that column; half of its pressure is on this side.
     weight = np.where(np.arange(24) < column, 1.0, np.where(np.arange(24) == column, 0.5, 0.0))
     brought = (pressure @ weight).sum() * edge**2
     assert 0.2 * 0.25 < brought < 0.4 * 0.25

@@ -72,7 +72,7 @@ def test_every_value_has_its_source(entry: catalog.Entry) -> None:
             assert len(quoted.source.split()) >= 3
             assert quoted.source == quoted.source.strip()
     assert entry.condition
-    # What is missing is said.
+    # A note names missing values.
     if entry.yield_strength is None or entry.hardness is None:
         assert entry.note
 
@@ -98,7 +98,7 @@ def test_hardness_over_yield_strength(entry: catalog.Entry) -> None:
     if body.hardness is None or body.yield_strength is None:
         return
     ratio = body.hardness / body.yield_strength
-    # Tabor's 3 for what does not harden; hardened steels, whose proof stress lies at the start of
+    # Tabor's 3 without hardening; hardened steels, whose proof stress is at the start of
     # a rounded curve, come to 4.
     assert 2.5 < ratio < 5 or (entry.key in HARDENING and 5 < ratio < 7)
     assert (ratio > 5) == (entry.key in HARDENING)
@@ -282,7 +282,7 @@ def test_unknown_name_suggests_nearest(name: object, words: str) -> None:
 
 def test_entries_cannot_be_changed() -> None:
     with pytest.raises(FrozenInstanceError):
-        ENTRIES[0].young = catalog.Value(1.0, "nobody at all")
+        ENTRIES[0].young = catalog.Value(1.0, "unknown source")
     assert len(ENTRIES) >= 18
 
 

@@ -14,7 +14,7 @@ from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Kinematic, Linear, Perfect
 
 YOUNG, POISSON, STRENGTH = 200e9, 0.3, 1e9
-# What uniaxial plastic strain takes off the difference of the principal stresses, over it.
+# Decrease of the difference of the principal stresses per uniaxial plastic strain.
 RELIEF = YOUNG / (2 * (1 - POISSON))
 SHARE = (1 - 2 * POISSON) / (1 - POISSON)
 

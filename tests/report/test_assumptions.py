@@ -38,7 +38,7 @@ def solve_surface(surface: rc.Surface, **problem: Any) -> ContactResult:
 
 
 def stated_assumptions(result: ContactResult) -> dict[str, str]:
-    """Return what is assumed in the case of a result, by name."""
+    """Return the assumptions on a result by name."""
     rows = assumptions.assumption_rows(assumptions.contact_case(result))
     assert len({name for name, _, _ in rows}) == len(rows)
     assert all(len(row) == 3 and all(row) for row in rows)
@@ -331,7 +331,7 @@ def test_map_without_slopes_is_stated() -> None:
 
 
 def loaded_ball(ratio: float, **more: Any) -> ContactResult:
-    """Return a well-resolved ball at so many loads of first yield."""
+    """Return a well-resolved ball at a multiple of the load of first yield."""
     modulus, radius = rc.contact_modulus(STEEL, rc.RIGID), 1e-3
     load = ratio * hertz.first_yield_load(radius, modulus, 1.295 * math.exp(0.736 * 0.3) * 1e9)
     side = 3 * max(hertz.contact_radius(load, radius, modulus), math.sqrt(load / math.pi / 3e9))

@@ -1,4 +1,4 @@
-"""What is said first of a height map."""
+"""Headline of a height map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is worded once is told by console, report and files alike."""
+"""Console, report and files show the same quantities of a result."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def text_of(markup: str) -> str:
 
 
 def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple[str, str, Any]:
-    """Return what console and report tell of a kind of result, and what JSON keeps."""
+    """Return console output, report and JSON record of a kind of result."""
     result = request.getfixturevalue(kind)
     asked: Any = SimpleNamespace(task=solve.TASK)
     outcome: Any = SimpleNamespace(result=result, request=asked, written=(), extra_results={})
@@ -166,7 +166,7 @@ def test_new_column_appears_in_all_outputs(
 ) -> None:
     added = Column("root", "root [N]", of=lambda r: [s.load**0.5 for s in r.steps])
     tell_more(monkeypatch, kind, columns=added)
-    # The table of a history tells its steps.
+    # The table of a history shows its steps.
     fields = {"curve": sweep_fields, "history": history_report}[kind]
     monkeypatch.setattr(fields, name, (*getattr(fields, name), added))
     result = request.getfixturevalue(kind)
@@ -324,9 +324,9 @@ def test_figures_are_named_after_those_of_the_report(
         figure.subplots()
         return figure
 
-    added = figures.Illustration("sketch", sketch, "What it looks like.")
+    added = figures.Illustration("sketch", sketch, "A sketch of it.")
     monkeypatch.setattr(contact.ContactPresentation, "figures", (*figures.CONTACT, added))
-    assert "What it looks like." in text_of(kinds.render(solved))
+    assert "A sketch of it." in text_of(kinds.render(solved))
     kinds.drawings(solved)["sketch"]()
     assert drawn == [solved, solved]
 

@@ -32,7 +32,7 @@ Capture = pytest.CaptureFixture[str]
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Squeak:
-    """What a step of it tells."""
+    """Step of a result."""
 
     pitch: float
 

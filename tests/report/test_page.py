@@ -418,7 +418,7 @@ def test_save_replaces_only_when_it_is_complete(
     def full(descriptor: int) -> None:
         raise OSError(28, "No space left on device")
 
-    # Half of it lies in the hidden file when the disk turns out to be full.
+    # Half of it is in the hidden file when the disk is full.
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(OSError, match="No space"):
         kinds.report(result, path, layout.PLAIN)

@@ -102,7 +102,7 @@ def test_height_differences_of_uniform_and_gaussian_heights() -> None:
 
 def test_mean_slope_of_planes_and_gaussian_maps() -> None:
     y, x = np.mgrid[:6, :7]
-    # A slope of 3 along x and -4 along y, whatever the pixel.
+    # A slope of 3 along x and -4 along y, for any pixel.
     assert roughness.mean_slope(3.0 * x - 8.0 * y, (2.0, 1.0)) == pytest.approx(np.sqrt(12.5))
     heights = gaussian_map((512, 512), (3.0, 3.0))
     slope = roughness.rms_gradient(heights, (1.0, 1.0)) / np.sqrt(np.pi)

@@ -319,7 +319,7 @@ def test_profile_and_flat_map_raise_input_error() -> None:
         rc.estimate(rc.Surface(np.zeros((8, 8)), (1e-6, 1e-6)), pressure=1e6, material=STEEL)
 
 
-# --- beside what was solved, and on the command line
+# --- compared with solved contacts, and on the command line
 
 
 def test_report_compares_result_with_estimate() -> None:
