@@ -56,7 +56,7 @@ for axes, key, scale, label in zip(
 ):
     exact = getattr(truth, key)
     for place, answer in enumerate(answers.values()):
-        found = answer.of(key)
+        found = answer.interval(key)
         axes.plot([scale * found.low, scale * found.high], [place, place], lw=3, color="#0072b2")
         axes.plot(scale * found.value, place, "o", color="#0072b2", label="corrected")
         axes.plot(scale * found.measured, place, "x", color="#d55e00", label="as measured")

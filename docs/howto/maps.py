@@ -133,7 +133,7 @@ def plate() -> None:
     coarse = rc.measure.Instrument("optical", resolution=6e-6, noise=1e-9)
     image = coarse.measure(surface, points=(128, 128), periodic=True, rng=rng)
     save(Path("plate.sdf"), image.heights, image.pixel[0])
-    fine = rc.measure.Instrument.named("CSI 50x", noise=1e-9).measure(surface, rng=rng)
+    fine = rc.measure.Instrument.from_name("CSI 50x", noise=1e-9).measure(surface, rng=rng)
     save(Path("plate-fine.sdf"), fine.heights[100:260, 200:360], pixel)
 
 

@@ -72,7 +72,7 @@ def test_shapes_of_one_resolution_differ_for_longer_waves() -> None:
 def test_measured_transfer_is_read_from_a_file(tmp_path: Path) -> None:
     path = tmp_path / "itf.csv"
     path.write_text("# 1/mm, transfer\n0, 1\n100, 0.9\n200, 0.6\n300, 0.2\n", "utf-8")
-    tool = Instrument.named(f"measured {path}")
+    tool = Instrument.from_name(f"measured {path}")
     assert tool.resolution == pytest.approx(1 / 225e3)
     np.testing.assert_allclose(
         tool.lateral_transfer(np.array([0, 50e3, 200e3, 300e3, 301e3])), [1, 0.95, 0.6, 0.2, 0]
@@ -80,11 +80,11 @@ def test_measured_transfer_is_read_from_a_file(tmp_path: Path) -> None:
     assert Instrument(**vars(tool)) == tool
     path.write_text("1 2 3\n4 5 6\n", "utf-8")
     with pytest.raises(InputError, match="has 3 columns"):
-        Instrument.named(f"measured {path}")
+        Instrument.from_name(f"measured {path}")
     with pytest.raises(InputError, match="increasing"):
         Instrument.from_transfer([2, 1], [1, 0.5])
     with pytest.raises(InputError, match="is not a transfer function"):
-        Instrument.named(f"measured {tmp_path / 'none.csv'}")
+        Instrument.from_name(f"measured {tmp_path / 'none.csv'}")
 
 
 def test_noise_and_missing_points() -> None:
@@ -128,13 +128,15 @@ def test_every_row_of_the_catalog_has_a_source() -> None:
     rows = tomllib.loads(instrument.STORED.read_text("utf-8"))["instrument"]
     for row in rows:
         assert row["source"]
-        tool = rc.measure.Instrument.named(row["name"].upper(), noise="1 nm")
+        tool = rc.measure.Instrument.from_name(row["name"].upper(), noise="1 nm")
         assert tool.name == row["name"]
         assert tool.noise == 1e-9
     # 1.24 λ/NA at 550 nm.
-    assert Instrument.named("CSI 50x").resolution == pytest.approx(1.24 * 550e-9 / 0.55, rel=0.04)
-    assert Instrument.named("tip 50 nm").tip_radius == pytest.approx(50e-9)
-    assert Instrument.named("optical 1.5 um").resolution == pytest.approx(1.5e-6)
+    assert Instrument.from_name("CSI 50x").resolution == pytest.approx(
+        1.24 * 550e-9 / 0.55, rel=0.04
+    )
+    assert Instrument.from_name("tip 50 nm").tip_radius == pytest.approx(50e-9)
+    assert Instrument.from_name("optical 1.5 um").resolution == pytest.approx(1.5e-6)
 
 
 @pytest.mark.parametrize(
@@ -160,4 +162,4 @@ def test_invalid_measurements_raise_input_error() -> None:
     with pytest.raises(InputError, match="fill them first"):
         tool.measure(rc.Surface(hole, (UM, UM)), rng=rng)
     with pytest.raises(InputError, match="not in the catalog"):
-        Instrument.named("CSI 51x")
+        Instrument.from_name("CSI 51x")

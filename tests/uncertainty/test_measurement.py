@@ -135,8 +135,8 @@ def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
     assert replace(uneven, heights=image.heights + noise, instrument=noisy).hides_summits
     assert not uneven.hides_summits
     intervals = solve_surface(image, ceiling=None).uncertainty(tool, 4 * UM, draws=4)
-    assert Cause.SUMMITS in intervals.of("contact_fraction").budget
-    assert intervals.of("stiffness") is None
+    assert Cause.SUMMITS in intervals.interval("contact_fraction").budget
+    assert intervals.interval("stiffness") is None
     assert "The summits are worn" in intervals.remarks[0]
     result = solve_surface(replace(image, heights=image.heights + noise))
     with pytest.raises(InputError, match="noise hides how smooth"):
@@ -193,7 +193,7 @@ def test_the_largest_pressure_at_a_step_between_the_edges_has_no_interval() -> N
     for heights, has in ((image.heights, True), (image.heights + ramp, False)):
         result = solve_surface(rc.Surface(heights, image.pixel), ceiling=None)
         known = result.uncertainty(tool, 4 * UM, draws=4)
-        assert (known.of("max_pressure") is not None) == has
+        assert (known.interval("max_pressure") is not None) == has
 
 
 def test_equal_quantiles_in_each_column_have_unit_variance() -> None:
@@ -210,7 +210,7 @@ def test_material_by_dimensional_analysis_agrees_with_other_materials() -> None:
     stiffer = replace(STEEL, young=STEEL.young * 1.02)
     other = solve_surface(surface, material=stiffer, tolerance=1e-8)
     for name in ("contact_fraction", "mean_gap", "approach"):
-        item = known.of(name)
+        item = known.interval(name)
         assert item is not None
         number = measurement.NUMBERS[name].of
         derivative = math.log(number(other) / number(result)) / math.log(1.02)
@@ -222,7 +222,7 @@ def test_material_by_dimensional_analysis_agrees_with_other_materials() -> None:
 @pytest.mark.long
 def test_budget_without_instrument_has_grid_and_material() -> None:
     known = solve_surface(rough(64)).uncertainty()
-    item = known.of("contact_fraction")
+    item = known.interval("contact_fraction")
     assert item is not None
     assert set(item.budget) <= {Cause.GRID, Cause.YOUNG, Cause.YIELD}
     assert "Give instrument" in known.remarks[0]
@@ -257,7 +257,7 @@ def test_intervals_hold_the_surface_and_repeat_to_the_bit() -> None:
         assert sum(item.budget.values()) == pytest.approx(1)
         number = measurement.NUMBERS[item.name].of(truth)
         assert 0.98 * item.low < number < 1.02 * item.high, item.name
-    area = known.of("contact_fraction")
+    area = known.interval("contact_fraction")
     assert area is not None
     whole = replace(result, measurement=known)
     assert "in 95 of 100" in repr(whole)
@@ -275,11 +275,13 @@ def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
     assert result.contact_fraction > 1.4 * truth.contact_fraction
     area = measurement.NUMBERS["contact_fraction"].of(truth)
     also = [(part, fine) for part in parts]
-    known = result.uncertainty(coarse, 4 * UM, {"E": 0.0}, 6, also=also).of("contact_fraction")
+    known = result.uncertainty(coarse, 4 * UM, {"E": 0.0}, 6, also=also).interval(
+        "contact_fraction"
+    )
     assert known.low < area < known.high
     assert known.value == pytest.approx(area, rel=0.15)
     assert Cause.OTHER_MAPS in known.budget
-    alone = result.uncertainty(coarse, 4 * UM, {"E": 0.0}, 6).of("contact_fraction")
+    alone = result.uncertainty(coarse, 4 * UM, {"E": 0.0}, 6).interval("contact_fraction")
     assert math.log(known.high / known.low) < 0.75 * math.log(alone.high / alone.low)
     higher = [(rc.Surface(2.5 * part.heights, part.pixel), fine) for part in parts]
     for others, told in (
@@ -301,7 +303,7 @@ def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
         result.uncertainty(tool, 4 * UM, draws=4, of=of) for of in ("map", "surface")
     )
     for item in everywhere.intervals:
-        one = here.of(item.name)
+        one = here.interval(item.name)
         assert one is not None
         if item.name in ("approach", "max_pressure"):
             assert item == one
@@ -371,7 +373,7 @@ def test_command_prints_and_saves_intervals(
     assert "Sources of each interval" in text
     again = rc.read_result(file)
     known = again.measurement
-    assert known.instrument == replace(Instrument.named("optical 6 um"), noise=1e-9)
+    assert known.instrument == replace(Instrument.from_name("optical 6 um"), noise=1e-9)
     assert known.shortest_wave == pytest.approx(4e-6)
     assert known.resolved < 6e-6
     assert "in 95 of 100" in repr(again)
@@ -473,10 +475,10 @@ def test_the_intervals_include_form_and_ceiling() -> None:
     # The contact under the calibrated ceiling is inside as well.
     calibrated = solve_surface(curved, load="200 MPa", ceiling="calibrated")
     for name in ("contact_fraction", "saturated_fraction", "mean_gap", "max_pressure"):
-        item, number = known.of(name), measurement.NUMBERS[name].of
+        item, number = known.interval(name), measurement.NUMBERS[name].of
         ratio = number(calibrated) / number(result)
         assert item.low <= item.value * ratio <= item.high, name
-    assert known.of("contact_fraction").budget[Cause.YIELDING] > 0.1
+    assert known.interval("contact_fraction").budget[Cause.YIELDING] > 0.1
 
 
 def test_the_crop_that_is_named_fits() -> None:

@@ -273,7 +273,7 @@ class IncrementLoop:
                 if cuts == _MAX_CUTS or (not done and point.load == 0):
                     return self._reason(point.load, cuts)
                 cuts += 1
-                todo.append(before.between(point, 1, 2))
+                todo.append(before.interpolate(point, 1, 2))
                 continue
             if self._enlarge_volume():
                 self._move_counter_surface(before)
@@ -474,7 +474,7 @@ class _StateSample(NamedTuple):
 
 def points_between(before: PathPoint, point: PathPoint, count: int) -> list[PathPoint]:
     """Return points in equal steps to a point, which is included without rounding."""
-    return [*(before.between(point, i, count) for i in range(1, count)), point]
+    return [*(before.interpolate(point, i, count) for i in range(1, count)), point]
 
 
 def visit_load(

@@ -84,7 +84,7 @@ class PathPoint:
         shares = (round(math.cos(angle), 15), round(math.sin(angle), 15))
         return self.friction * shares[0], self.friction * shares[1]
 
-    def between(self, end: PathPoint, part: int, count: int) -> PathPoint:
+    def interpolate(self, end: PathPoint, part: int, count: int) -> PathPoint:
         """Return the point after ``part`` of ``count`` equal steps to another point.
 
         Friction and direction are those of the end point.

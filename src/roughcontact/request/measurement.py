@@ -26,7 +26,7 @@ def _instrument(text: str, argument: str) -> Instrument:
     from roughcontact.surface.instrument import Instrument
 
     try:
-        return Instrument.named(text)
+        return Instrument.from_name(text)
     except InputError as error:
         raise parsing.as_argument_error(argument, error) from None
 

@@ -173,7 +173,7 @@ class Instrument:
         set_fields(self, kind=kind, shape=form, curve=pairs, name=replace_unprintable(name))
 
     @classmethod
-    def named(cls, name: str, noise: Quantity = 0.0) -> Instrument:
+    def from_name(cls, name: str, noise: Quantity = 0.0) -> Instrument:
         """Return an instrument of the catalog with typical values, or of a given kind.
 
         Parameters

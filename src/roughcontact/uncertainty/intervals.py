@@ -187,7 +187,7 @@ class Uncertainty(Result):
     remarks: tuple[str, ...]
     surface: Surface | None = field(default=None, compare=False)
 
-    def of(self, name: str) -> Interval | None:
+    def interval(self, name: str) -> Interval | None:
         """Return the interval of a quantity; None if there is none."""
         return next((item for item in self.intervals if item.name == name), None)
 

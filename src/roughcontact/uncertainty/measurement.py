@@ -140,7 +140,7 @@ def uncertainty(
 ) -> Uncertainty:
     """Return the intervals of a contact; see `ContactResult.uncertainty`."""
     if isinstance(instrument, str):
-        instrument = Instrument.named(instrument)
+        instrument = Instrument.from_name(instrument)
     require_choice(("map", "surface"), of=of)
     for name, needs in (("also", bool(also)), ("of", of == "surface")):
         if needs and instrument is None:
@@ -332,7 +332,7 @@ def _other_map(
     surface, tool = item if isinstance(item, tuple) else (item, Instrument.from_map(item))
     if surface.missing:
         raise InputError("has missing points; fill them first", argument="also")
-    return _measured(surface, Instrument.named(tool) if isinstance(tool, str) else tool, wave)
+    return _measured(surface, Instrument.from_name(tool) if isinstance(tool, str) else tool, wave)
 
 
 def _measured(surface: Surface, tool: Instrument, wave: float | None) -> Reconstruction:

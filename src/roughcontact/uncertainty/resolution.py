@@ -141,7 +141,7 @@ class ResolutionStudy(Result):
         return all(abs(change) < STEADY_TOLERANCE for change in self.changes(name)[-2:])
 
     @property
-    def judged(self) -> tuple[str, ...]:
+    def grid_quantities(self) -> tuple[str, ...]:
         """Names of the quantities that indicate whether the contact depends on the grid.
 
         A quantity that is zero on all grids is excluded, as is the largest pressure if it is the
@@ -156,7 +156,7 @@ class ResolutionStudy(Result):
         """Cautions on the result of the map, from this study."""
         changes = {
             name: max(self.changes(name)[-2:], key=abs)
-            for name in self.judged
+            for name in self.grid_quantities
             if not self.independent(name)
         }
         if not changes:
@@ -177,8 +177,8 @@ class ResolutionStudy(Result):
     def sentences(self) -> tuple[str, ...]:
         """Conclusions of the study, one sentence each."""
         names = [name for name in QUANTITIES if any(self.values(name))]
-        judged = self.judged
-        steady = [QUANTITIES[name] for name in judged if self.independent(name)]
+        studied = self.grid_quantities
+        steady = [QUANTITIES[name] for name in studied if self.independent(name)]
         pixels = [format_engineering(max(grid.pixel), "m", 3) for grid in self.grids[-3:]]
         said = []
         if steady:
@@ -187,7 +187,7 @@ class ResolutionStudy(Result):
                 "step over "
                 f"pixels of {', '.join(pixels)}): {', '.join(steady)}."
             )
-        for name in judged:
+        for name in studied:
             if self.independent(name):
                 continue
             steps = [
@@ -210,12 +210,12 @@ class ResolutionStudy(Result):
                 "the map."
             )
         if len(self.cutoffs) > 1:
-            said.append(_span("Filtering", "the cut-off", self.cutoffs, judged, "m"))
+            said.append(_span("Filtering", "the cut-off", self.cutoffs, studied, "m"))
         if len(self.ceilings) > 1:
             said.append(_span("Ceiling", "the factor", self.ceilings, names, ""))
         return (*said, *self.notes)
 
-    def named(self) -> list[tuple[str, Variant]]:
+    def labeled_variants(self) -> list[tuple[str, Variant]]:
         """Return every solve with its name."""
         names = [(f"pixel {format_engineering(max(v.pixel), 'm')}", v) for v in self.grids]
         names += [(f"S-filter {format_engineering(v.value, 'm')}", v) for v in self.cutoffs]

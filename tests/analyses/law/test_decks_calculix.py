@@ -158,7 +158,7 @@ def test_two_blocks_stick_with_the_slope_of_the_deck(
     friction = 0.15
     found = law(friction)
     found.save(tmp_path / "law.ccx")
-    pressure, slope = 500e6, found.of_branch(LOADING)[-1].tangential_stiffness
+    pressure, slope = 500e6, found.branch_steps(LOADING)[-1].tangential_stiffness
     curve = found.curve(LOADING)
     closed = (curve.first_touch - float(curve.separation_at(np.array([pressure]))[0])) * 1e3
     along = part * friction * pressure / slope * 1e3

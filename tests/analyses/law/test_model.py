@@ -62,10 +62,10 @@ def test_points_are_those_of_the_contacts() -> None:
         assert point.contact_points + point.open_points == 64**2
     assert LAW.largest.load == max(result.load for result in contacts)
     assert {step.branch for step in LAW.steps} == {LOADING, UNLOADING}
-    down = LAW.of_branch(UNLOADING)
+    down = LAW.branch_steps(UNLOADING)
     assert [step.saturated_fraction for step in down] == [0.0] * 4
     # Indentations are permanent: the same pressure holds the bodies closer together.
-    for before, after in zip(LAW.of_branch(LOADING)[:-1], down[:-1], strict=True):
+    for before, after in zip(LAW.branch_steps(LOADING)[:-1], down[:-1], strict=True):
         assert after.separation < before.separation
 
 
@@ -191,7 +191,7 @@ def test_each_branch_has_conductance_of_its_contacts() -> None:
     for branch, solved_ones in ((LOADING, CONTACTS), (UNLOADING, AGAIN)):
         each = [rc.conductance(one, *bodies).thermal_conductance for one in solved_ones]
         assert LAW.thermal_conductance(branch) == pytest.approx(np.mean(each, axis=0), rel=1e-6)
-        told = [step.thermal_conductance for step in LAW.of_branch(branch)]
+        told = [step.thermal_conductance for step in LAW.branch_steps(branch)]
         assert told == LAW.thermal_conductance(branch).tolist()
         table = LAW.table(branch)
         assert table.thermal_conductance[0] == 0
@@ -287,7 +287,7 @@ def test_the_deck_for_ansys_gives_the_pressure_of_the_law(tmp_path: Path) -> Non
         told = np.interp(np.array(PRESSURES) * 1e-6, own, conductance)
         assert told == pytest.approx(law.thermal_conductance(branch) * 1e-3, rel=0.011)
         own, slopes = found[f"ROUGH_{branch.upper()}_FKT"].T
-        steps = law.of_branch(branch)
+        steps = law.branch_steps(branch)
         assert -slopes == pytest.approx([step.tangential_stiffness * 1e-9 for step in steps])
     # Real constants hold one branch.
     assert re.findall(r"^RMODIF,CID,(\d+),%(\w+)%", text, re.MULTILINE) == [
@@ -353,7 +353,7 @@ def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
     with np.load(tmp_path / "law.npz") as held:
         for branch in LAW.branches:
             for name in ("pressure", "separation", "thermal_conductance"):
-                values = [getattr(step, name) for step in LAW.of_branch(branch)]
+                values = [getattr(step, name) for step in LAW.branch_steps(branch)]
                 assert held[f"{branch}_{name}"].tolist() == values
 
     LAW.save(tmp_path / "law.txt")

@@ -114,7 +114,7 @@ def test_unloading_starts_where_loading_ended_and_meets_the_history() -> None:
     pressures = [100e6, 300e6, 600e6]
     contacts = solve_contacts(surface, pressures, SOFT)
     law = rc.interface_law(contacts, after(contacts, pressures))
-    top, down = law.of_branch(LOADING)[-1], law.of_branch(UNLOADING)
+    top, down = law.branch_steps(LOADING)[-1], law.branch_steps(UNLOADING)
     assert down[-1].separation == pytest.approx(top.separation, rel=1e-4)
     assert down[-1].contact_fraction == pytest.approx(top.contact_fraction, rel=0.01)
     assert down[-1].unloading_stiffness == pytest.approx(top.unloading_stiffness, rel=0.01)

@@ -247,12 +247,12 @@ class Stage:
 
     @property
     def force(self) -> float:
-        """Load [N], after `on` has converted it to a force."""
+        """Load [N], after `with_force` has converted it to a force."""
         assert self.load is not None
         assert not isinstance(self.load, Load)
         return self.load
 
-    def on(self, pair: Pair) -> Stage:
+    def with_force(self, pair: Pair) -> Stage:
         """Return the stage with its load converted to a force on two bodies."""
         if not isinstance(self.load, Load):
             return self
@@ -571,7 +571,7 @@ def history(
 
 def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> _Path:
     """Check a path of two bodies; return it with shifts in pixels."""
-    stages = tuple(stage.on(pair) for stage in requested)
+    stages = tuple(stage.with_force(pair) for stage in requested)
     check_problem(pair, replace(terms, load=_PLACEHOLDER_LOAD), held=MAX_HELD_RESULTS)
     limit = resolve_ceiling(terms.ceiling, pair)
     shifts = [_pixels(stage.shift, pair.surface, n) for n, stage in enumerate(stages, start=1)]

@@ -327,7 +327,7 @@ def _thin_table(law: InterfaceLaw, branch: str) -> LawTable:
 
 def _stick_slopes(law: InterfaceLaw, branch: str) -> tuple[Array, Array]:
     """Return pressures and tangential stiffness per area of a branch, in deck units."""
-    steps = law.of_branch(branch)
+    steps = law.branch_steps(branch)
     slopes = np.array([step.tangential_stiffness for step in steps])
     return np.array([step.pressure for step in steps]) * _PRESSURE, slopes * _SLOPE
 

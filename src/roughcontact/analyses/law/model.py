@@ -327,7 +327,7 @@ class InterfaceLaw(Result):
         """Steps of all branches, by pressure."""
         return tuple(step for branch in self.branches for step in self._steps(branch))
 
-    def of_branch(self, branch: str) -> list[LawStep]:
+    def branch_steps(self, branch: str) -> list[LawStep]:
         """Return the `steps` of one branch."""
         return [step for step in self.steps if step.branch == branch]
 
@@ -480,7 +480,7 @@ class InterfaceLaw(Result):
         This is the shift at which a joint of constant stiffness slides; it is about constant, as
         k_t is about proportional to p̄.
         """
-        steps = self.of_branch(branch)
+        steps = self.branch_steps(branch)
         friction = math.nan if self.friction is None else self.friction.sliding
         return np.array([friction * step.pressure / step.tangential_stiffness for step in steps])
 
@@ -494,7 +494,7 @@ class InterfaceLaw(Result):
         if self.friction is None:
             raise InputError("is needed for a backbone, such as 0.15", argument="friction")
         friction, ratio = self.friction.sliding, self.friction.ratios[axis]
-        steps = self.of_branch(self.branches[-1])[::-1]
+        steps = self.branch_steps(self.branches[-1])[::-1]
         pressure, separation, normal = (
             np.array([getattr(step, name) for step in steps])
             for name in ("pressure", "separation", "unloading_stiffness")

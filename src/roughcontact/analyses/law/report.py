@@ -45,7 +45,7 @@ def _part_size(law: InterfaceLaw) -> str:
 
 
 def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
-    steps = law.of_branch(branch)
+    steps = law.branch_steps(branch)
     names = [column.key for column in LAW_COLUMNS if column.stored and column.key != "branch"]
     return {name: [getattr(step, name) for step in steps] for name in names}
 
@@ -257,7 +257,7 @@ class LawPresentation(Presentation):
     def answer(self) -> str:
         """Return approach and final stiffness over the range of pressures as a sentence."""
         law = self.result
-        steps = law.of_branch(law.branches[0])
+        steps = law.branch_steps(law.branches[0])
         first, last = steps[0].pressure, steps[-1].pressure
         ends = range_text(first, last, lambda value: format_short(value, "Pa"))
         closing, stiffness = _intervals(law)
@@ -268,7 +268,7 @@ class LawPresentation(Presentation):
     def numbers(self) -> CellTable:
         """Return separation, contact and stiffness at some pressures of first loading."""
         law = self.result
-        steps = law.of_branch(law.branches[0])
+        steps = law.branch_steps(law.branches[0])
         several, flows = _several(law), _flows(law)
         heads = ["pressure", "separation", *([f"± {100 * LEVEL:.0f} %"] * several), "contact"]
         rows = [
@@ -297,7 +297,7 @@ class LawPresentation(Presentation):
         known = "" if math.isnan(error) else f"; interpolation error {100 * error:.2g} %"
         yield f"Resolved: {_range(law)}{known}"
         if law.friction is not None:
-            last = law.of_branch(law.branches[0])[-1]
+            last = law.branch_steps(law.branches[0])[-1]
             each = [
                 f"{_per_length(last.unloading_stiffness * ratio)} ({axis})"
                 for axis, ratio in zip("yx", law.friction.ratios, strict=True)
@@ -307,7 +307,7 @@ class LawPresentation(Presentation):
                 f"GPa/µm; elastic slip {format_short(float(law.elastic_slip()[-1]), 'm')}"
             )
         if len(law.branches) > 1:
-            last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
+            last = min(law.branch_steps(law.branches[1]), key=lambda step: step.pressure)
             at, separation = format_short(last.pressure, "Pa"), format_short(last.separation, "m")
             contact = format_percent(last.contact_fraction)
             yield f"Unloaded to {at}: {separation}, contact {contact}"

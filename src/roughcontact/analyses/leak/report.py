@@ -228,7 +228,7 @@ _OF_BASE = (
 """Quantities of a coated body that are stored under the ceiling of its base, too."""
 
 
-def _of_base(column: Column) -> Column:
+def _base_column(column: Column) -> Column:
     """Return the column of a quantity under the ceiling of the base of a coated body."""
     return replace(
         column,
@@ -240,7 +240,7 @@ def _of_base(column: Column) -> Column:
 
 
 _COLUMNS += tuple(
-    _of_base(column) for column in _COLUMNS if column.stored and column.key.startswith(_OF_BASE)
+    _base_column(column) for column in _COLUMNS if column.stored and column.key.startswith(_OF_BASE)
 )
 
 
@@ -258,7 +258,7 @@ def _sides(result: Leakage) -> str:
     )
 
 
-def _pressed(result: Leakage) -> str:
+def _fluid_load_sentence(result: Leakage) -> str:
     """Return where the fluid carries a part of the load as a sentence."""
     where = "on the whole map"
     if has_nominal_body(result.largest.pair.origins):
@@ -490,7 +490,7 @@ class LeakagePresentation(Presentation):
         result = self.result
         yield "Reynolds' equation of a thin film in the gap: nothing flows through contact."
         if result.seal is not None:
-            yield _pressed(result)
+            yield _fluid_load_sentence(result)
         yield _sides(result)
         if _is_gas(result):
             yield (

@@ -219,7 +219,7 @@ def _yields(result: ContactResult) -> str:
 
 def _known(result: ContactResult, name: str) -> float:
     """Return a quantity of a contact, corrected for the instrument if known."""
-    item = result.measurement and result.measurement.of(name)
+    item = result.measurement and result.measurement.interval(name)
     return float(item.value if item else getattr(result, name))
 
 

@@ -35,11 +35,13 @@ STUDY = (
 
 def _case(key: str, label: str, **more: Any) -> Column:
     """Return the column of a quantity of each solve of a study."""
-    return Column(key, label, of=lambda s: [getattr(case, key) for _, case in s.named()], **more)
+    return Column(
+        key, label, of=lambda s: [getattr(case, key) for _, case in s.labeled_variants()], **more
+    )
 
 
 STUDY_COLUMNS = (
-    Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
+    Column("case", "case", of=lambda study: [name for name, _ in study.labeled_variants()]),
     _case("contact_fraction", "contact", form=format_percent),
     _case("corrected_fraction", "perimeter-corrected", form=format_percent),
     _case("saturated_fraction", "saturated", form=format_percent),

@@ -86,7 +86,7 @@ CURVE = (
 
 
 def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
-    return [getattr(known.of(name), end, math.nan) for known in curve.intervals]
+    return [getattr(known.interval(name), end, math.nan) for known in curve.intervals]
 
 
 def _contact_intervals(curve: LoadCurve) -> list[str]:
@@ -126,22 +126,22 @@ _INTERVALS = (
 """Columns of the intervals of each step of a `LoadCurve`, if computed."""
 
 
-def _of_base(key: str, label: str, **shown: Any) -> Column:
+def _base_column(key: str, label: str, **shown: Any) -> Column:
     """Return the column of a quantity under the ceiling of the base of a coated body."""
     return Column(f"base_{key}", label, of=f"base.steps.{key}", **shown)
 
 
 _BASE = (
-    _of_base(
+    _base_column(
         "contact_area",
         "contact (base) [m²]",
         shown=lambda curve: share_of("contact_area")(curve.base),
         form=format_percent,
     ),
-    _of_base("saturated_area", "[m²]"),
-    _of_base("mean_gap", "mean gap (base) [m]", brief=False),
-    _of_base("approach", "[m]"),
-    _of_base("stiffness", "[N/m]"),
+    _base_column("saturated_area", "[m²]"),
+    _base_column("mean_gap", "mean gap (base) [m]", brief=False),
+    _base_column("approach", "[m]"),
+    _base_column("stiffness", "[N/m]"),
 )
 """Columns of the steps of the ``base`` of a `LoadCurve`."""
 
