@@ -146,9 +146,6 @@ def _replace_non_finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-# --- Locks that the system releases when their process ends ---
-
-
 @contextmanager
 def file_lock(path: str | os.PathLike[str]) -> Iterator[None]:
     """Hold a file lock during the block, or raise `BlockingIOError`."""
@@ -180,9 +177,6 @@ def _locks_locked(file: Path) -> IO[bytes]:
             stream.close()
             raise
         stream.close()
-
-
-# --- Input as regular files, which a reader can open again and seek in ---
 
 
 MAX_PIPE_BYTES = 2**30

@@ -131,9 +131,6 @@ def address_space_bytes() -> int:
     return int(psutil.Process().memory_info().vms)
 
 
-# --- Limits of the size of files and arguments: one rule, applied before any allocation ---
-
-
 POINTS = 2**30
 """Largest number of points of a map: 32768 × 32768, or 8 GiB of heights."""
 

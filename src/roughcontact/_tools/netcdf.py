@@ -139,9 +139,6 @@ def _external_storage(path: Path, name: str, how: str) -> FormatError:
     )
 
 
-# --- NetCDF files: complete, with checksums; damaged files raise an error ---
-
-
 PACKED: Mapping[str, Any] = {"compression": "gzip", "compression_opts": 1}
 """Options of h5netcdf to compress a map that is mostly zero."""
 

@@ -89,9 +89,6 @@ def _raise_interrupt(number: int, frame: object) -> None:
     raise KeyboardInterrupt
 
 
-# --- Child processes: started, and ended even if this process is killed ---
-
-
 # Time [s] for a terminated process to remove unfinished files.
 _EXIT_SECONDS = 0.5
 
@@ -183,9 +180,6 @@ def _delayed_interrupt() -> Iterator[None]:
         signal.signal(signal.SIGINT, handler)
         if came:
             signal.raise_signal(signal.SIGINT)
-
-
-# --- Calls in a fork of this process, which has all its variables ---
 
 
 # Largest time of a call on a busy machine over its computing time, and its least memory [bytes].

@@ -51,9 +51,6 @@ class Engine:
     no_worker_timeout: float = math.inf  # Time without workers after which a run stops [s]
 
 
-# --- Dask cluster: of an existing scheduler, or started on this machine ---
-
-
 # Timeout of the connection to a scheduler, also after its loss [s].
 _CONNECT_TIMEOUT = 30
 # Time that a scheduler may be without workers [s].
@@ -197,9 +194,6 @@ def _lost_task_text(client: Client, scheduler: str, error: BaseException) -> str
     if isinstance(error, CancelledError):
         return f"{scheduler} was lost during the run"
     return f"{type(error).__name__} ({' '.join(str(error).split())}) from {scheduler}"
-
-
-# --- Executor of long-lived local processes that fail independently ---
 
 
 P = ParamSpec("P")

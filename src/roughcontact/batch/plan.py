@@ -155,9 +155,6 @@ def _file_checksums(paths: Iterable[Path]) -> dict[str, str]:
     return {path.name: checksums.checksum_file(path) for path in paths}
 
 
-# --- Saved results of the subtasks of a contact, for later runs ---
-
-
 _PACKAGE = __name__.partition(".")[0]
 # Above the size of any subtask: a map of 64 parts under 100 loads has about 10 MB.
 _MAX_PIECE_BYTES = 2**28

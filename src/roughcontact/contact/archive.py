@@ -141,9 +141,6 @@ def _displacement_plus_gap(result: ContactResult, initial: Array) -> tuple[Array
     return opened, operator.self_displacement
 
 
-# --- Archive: one NetCDF file with input, output and certificate ---
-
-
 _ARCHIVE_MAPS = {
     "height": ("m", "height of the rough body, positive out of the material"),
     "counter_height": ("m", "height of the counter-body, positive out of its material"),

@@ -249,9 +249,6 @@ def resolve_force(load: Any, pair: Pair, argument: str = "load") -> tuple[Any, G
     return result, GivenLoad(requested, result) if isinstance(requested, Load) else None
 
 
-# --- Parameters of a solve other than the bodies ---
-
-
 @dataclass(frozen=True, eq=False)
 class LoadCase:
     """Load or approach, moments, ceiling and numerical parameters of a solve."""
@@ -312,9 +309,6 @@ class LoadCase:
             "tolerance": self.tolerance,
             "max_iterations": self.max_iterations,
         }
-
-
-# --- Units of a solve: powers of two, which change no digit ---
 
 
 # Maximum gap in these units: single precision represents it with a margin for sums.

@@ -126,9 +126,6 @@ def principal_radii(curvature: Array) -> tuple[tuple[float, float], float]:
 _STRAIGHT_TOLERANCE = 1e-12
 
 
-# --- Hertz's contact of the nominal bodies ---
-
-
 CIRCLE, ELLIPSE, LINE = "circle", "ellipse", "line"
 """Shapes of the contact of smooth bodies."""
 

@@ -84,9 +84,6 @@ def indentation_caution(advice: CalibratedCeiling, ceiling: float) -> Caution | 
     )
 
 
-# --- Limits of the model: filled points, large strains, few atoms, adhesion, materials ---
-
-
 LARGE_STRAIN, MAX_STRAIN = 0.1, 0.3
 """Pressure over contact modulus, of the order of the strain; plastic strain.
 
@@ -212,9 +209,6 @@ def material_cautions(result: ContactResult) -> Caution | None:
     return as_warning(
         CautionTag.MATERIAL, f"{text[0].upper()}{text[1:]}. Numbers hold for the constants given."
     )
-
-
-# --- Plausibility of the numbers: one check per question ---
 
 
 LARGE_SLOPE = 0.3
@@ -358,9 +352,6 @@ def calibrated_area_change(result: ContactResult, advice: CalibratedCeiling) -> 
     change = area_change(advice, ceiling, result.contact_modulus)
     # The spheres of the rule have room to grow; a map is at most in full contact.
     return min(change, result.touchable_area / result.contact_area - 1)
-
-
-# --- The checks ---
 
 
 def _check_convergence(result: ContactResult) -> Caution | None:

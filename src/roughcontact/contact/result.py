@@ -101,9 +101,6 @@ class CalibrationRecord:
         return asdict(self)
 
 
-# --- The result ---
-
-
 class Regime(StrEnum):
     """Regime between elastic and fully plastic."""
 

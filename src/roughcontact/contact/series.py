@@ -175,9 +175,6 @@ def _constants(material: Material) -> str:
     return ", ".join(parts)
 
 
-# --- Part of a map that represents a wide joint: without the rim of a free map ---
-
-
 RIM = 3.0
 """Width of the rim, in autocorrelation lengths.
 

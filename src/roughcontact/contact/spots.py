@@ -118,9 +118,6 @@ def _merge_groups(
             minimum = further
 
 
-# --- Real contact area of a map of pixels, and center of pressure ---
-
-
 RIM_EXCESS = (math.pi - 1 + math.log(2)) / 24
 """Number of pixels by which each edge of an elastic rim makes a contact area too large."""
 

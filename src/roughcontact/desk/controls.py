@@ -98,9 +98,6 @@ def picture_markup(png: bytes) -> str:
     return f'<img class="figure" alt="figure of the report" src="data:image/png;base64,{data}">'
 
 
-# --- Controls of options ---
-
-
 Give = Callable[[str, Value], None]
 """``give(name, value)`` sets an option, or raises the error of an invalid value."""
 
@@ -258,9 +255,6 @@ def markup_table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> st
         for row in rows
     )
     return f"<table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
-
-
-# --- Running job: start in another process, progress, cancellation, end ---
 
 
 def _progress_markup(text: str, share: float | None) -> str:

@@ -42,9 +42,6 @@ from roughcontact.surface.roughness import radial_spectrum
 from roughcontact.surface.surface import Surface
 from roughcontact.units import count_noun, format_engineering, format_lengths, plain_decimal
 
-# --- Section of a contact along a line: both bodies under load, gap and pressure ---
-
-
 # Maximum number of points along a line: several per pixel of any screen.
 _SECTION_MOST = 4000
 
@@ -306,9 +303,6 @@ def spot_table(result: ContactResult) -> str:
     shown = f", the {count} largest of them here" if count < spots.count else ""
     text = f"<p>{count_noun(spots.count, 'contact spot')}{shown}.</p>"
     return text + controls.markup_table(table, heads)
-
-
-# --- Detail panels of a contact and its surface, drawn when they are opened ---
 
 
 _RESULTS, _SPOTS, _PRESSURES, _SURFACE = range(4)

@@ -253,9 +253,6 @@ class OptionsForm:
         self._changed()
 
 
-# --- Comparison of two states: one is pinned, the other is current ---
-
-
 _NAMES = ("A", "B")
 
 

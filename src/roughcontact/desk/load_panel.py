@@ -141,9 +141,6 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{_DIGITS - 1}e}")
 
 
-# --- Panel ---
-
-
 class LoadPanel:
     """Panel of the load; ``drag`` receives the values while the slider is dragged."""
 

@@ -185,9 +185,6 @@ def _clip_line(line: Line, home: Box) -> Line:
     return y0, x0, y1, x1
 
 
-# --- Linked maps: heights, pressure, contact, gap, residual indentation ---
-
-
 HEIGHTS, PRESSURE, TOUCH, GAP, RESIDUAL = "heights", "pressure", "contact", "gap", "residual"
 """Keys of the maps, in their order on the page."""
 

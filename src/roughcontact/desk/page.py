@@ -489,9 +489,6 @@ def make_page(visit: PageVisit) -> Any:
     return Page(visit).root
 
 
-# --- View of a contact: maps and detail panels ---
-
-
 # Height of the section and width of the readout [dots], share of the large map of the window.
 _SECTION, _READOUT, _SHARE = 290, 116, 0.56
 

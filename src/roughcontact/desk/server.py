@@ -448,9 +448,6 @@ def _log_nothing(handler: Any) -> None:
     """Log nothing."""
 
 
-# --- Downloads of files made for a page ---
-
-
 # Names of page folders and generated files: no other path can be requested.
 _FOLDER, _NAME = re.compile(r"page-[0-9a-f]{16}"), re.compile(r"[a-z]+-[0-9]+(\.[a-z0-9]+)+")
 _PIECE = 2**20
@@ -483,9 +480,6 @@ class DownloadHandler(web.RequestHandler):
         if not path.is_file():
             raise web.HTTPError(404)
         return path
-
-
-# --- Uploads, written as received under a generated name ---
 
 
 @web.stream_request_body

@@ -270,9 +270,6 @@ def _toml(value: Value) -> str:
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-# --- Session: current state, earlier states, and live results ---
-
-
 _MAX_UNDO = 200
 """Maximum number of states in the undo history."""
 

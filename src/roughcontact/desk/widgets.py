@@ -169,9 +169,6 @@ for (const page of Bokeh.documents) {{
 """
 
 
-# --- Tabs whose panels are built when first shown ---
-
-
 class TabPanel:
     """Panel of a tab."""
 

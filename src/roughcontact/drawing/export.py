@@ -102,9 +102,6 @@ def png(figure: Figure) -> bytes:
     return stream.getvalue()
 
 
-# --- Figures as PNG files, drawn by several processes: Matplotlib uses one core ---
-
-
 Drawing = Callable[[], "Figure"]
 
 # Maximum number of figures: their numbers are single bytes.

@@ -470,8 +470,6 @@ def _uniform_ceiling(result: ContactResult) -> float:
     return ceiling if isinstance(ceiling, (int, float)) else math.inf
 
 
-# --- Pressure of a rough contact compared with the Hertz pressure of its nominal bodies ---
-
 # Minimum range of the axis over the half-width of the Hertz contact.
 _AROUND = 1.5
 

@@ -413,9 +413,6 @@ def cell_note(figure: Figure, cell: tuple[int, int], shown: str, more: str = "")
     figure.supxlabel(f"{text}\n{more}" if more else text, fontsize=NOTE, color=NEUTRAL)
 
 
-# --- Common texts of figures: load, status, names of results ---
-
-
 def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None) -> list[str]:
     """Return one name per result; raise `InputError` unless the labels match the results."""
     if not results:

@@ -110,9 +110,6 @@ def read_checkpoint(path: Path) -> Checkpoint:
         )
 
 
-# --- Checkpoints of a run in a folder, from which the same call resumes ---
-
-
 @contextmanager
 def open_step_folder(
     folder: str | os.PathLike[str] | None,

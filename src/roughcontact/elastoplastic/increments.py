@@ -448,9 +448,6 @@ class IncrementLoop:
         return float(changes.max()) / max(minimum, float(sizes.max()))
 
 
-# --- Load steps as small as an estimate of their error requires ---
-
-
 AUTO = "auto"
 """Keyword: choose the number of increments by an error estimate."""
 

@@ -91,9 +91,6 @@ def _layer_centers(edges: NDArray[np.float64]) -> NDArray[np.float64]:
     return (edges[1:] + edges[:-1]) / 2
 
 
-# --- Plastic strain and stress of a body that has yielded, layer by layer ---
-
-
 Window = tuple[slice, slice]
 Place = tuple[int | slice, int | slice]
 

@@ -169,9 +169,6 @@ def solve_without_load(problem: ElastoplasticProblem, workspace: Workspace) -> C
     return ContactSolver(gap, make, problem.pair.pixel_area, problem.contact_tolerance)
 
 
-# --- Depth and width of the volume in which bodies may yield ---
-
-
 LAYER_RATIO = 1.08
 """Ratio of the thickness of a layer to the layer above."""
 
@@ -264,9 +261,6 @@ def _spot_extent(
             near = min(int(lines[0]), pressed.shape[axis] - 1 - int(lines[-1]))
             margin = max(margin, math.ceil(_MAX_SPAN * radius / edge) - near)
     return radius, margin
-
-
-# --- The memory that plasticity of the volume needs ---
 
 
 def memory_estimate(

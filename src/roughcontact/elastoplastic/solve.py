@@ -216,9 +216,6 @@ def _load_list(load: float | None, loads: Sequence[float] | None) -> list[float]
     return [float(value) for value in path]
 
 
-# --- Solution of a path of loads, load by load ---
-
-
 Array = NDArray[Any]
 
 TOLERANCE = 1e-4

@@ -115,9 +115,6 @@ def _as_direction(values: Any) -> tuple[float, float]:
     raise input_error("offset", values, "must be two finite numbers, along y and x [m]")
 
 
-# --- Result of a load path ---
-
-
 Array = NDArray[Any]
 CONVERGED = "converged"
 """Status of a completed path."""

@@ -104,9 +104,6 @@ def _pair(along_y: float | None, along_x: float | None) -> tuple[float, float] |
     return None if along_y is None or along_x is None else (along_y, along_x)
 
 
-# --- Gwyddion Simple Field ---
-
-
 def _field(path: Path) -> Iterator[list[_Image]]:
     with path.open("rb") as stream:
         text, end, _ = stream.read(_MAX_HEAD_BYTES).partition(b"\0")
@@ -125,9 +122,6 @@ def _field(path: Path) -> Iterator[list[_Image]]:
     )
     channel = Channel(head.get("Title", ""), unit, not unit or is_length(path, unit), (ny, nx))
     yield [_Image(channel, partial(np.memmap, path, "<f4", "r", offset, (ny, nx)), pixel)]
-
-
-# --- TIFF ---
 
 
 @contextmanager
@@ -188,9 +182,6 @@ def _pixel_of_page(path: Path, file: Any, page: Any) -> tuple[float, float] | No
     (y, one), (x, other) = (tag.value for tag in counts)
     unit = {"micron": "um", "pixel": ""}.get(word, word)
     return _pair(_length(path, one / y, unit), _length(path, other / x, unit)) if x and y else None
-
-
-# --- JPK's images in HDF5 ---
 
 
 def _frames(path: Path) -> Iterator[list[_Image]]:

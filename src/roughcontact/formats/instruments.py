@@ -408,9 +408,6 @@ def _instrument_name(reader: Any, entry: Any) -> str:
     return f"{name} ({' '.join(named)})" if named else name
 
 
-# --- Contradictions ---
-
-
 def _header_contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
     """Return the contradiction between a header and its file; empty if there is none."""
     check = _CONTRADICTIONS.get(kind)

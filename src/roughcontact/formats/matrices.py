@@ -161,9 +161,6 @@ def _errors(path: Path) -> AbstractContextManager[None]:
     )
 
 
-# --- Matrices of plain numbers: NumPy files, and text with one line per row ---
-
-
 # Unit [m] and pixel [m].
 Scale = tuple[float, tuple[float, float]]
 
@@ -653,9 +650,6 @@ def _refuse_list(path: Path, matrix: NDArray[Any]) -> None:
             f"{path.name} looks like a list of points x, y, z; write the heights as a matrix with "
             "one row of the map per line, or the points as text"
         )
-
-
-# --- HDF5 files: every array of two dimensions is a channel ---
 
 
 # Names of attributes with the unit.

@@ -209,9 +209,6 @@ def _check_sur(path: Path, head: bytearray) -> None:
         raise FormatError(f"{path.name} holds {name!r} in {unit!r}, no heights; export the heights")
 
 
-# --- Headers ---
-
-
 def _x3p_document(surface: Surface, checksum: str) -> str:
     (ny, nx), (dy, dx), about = surface.shape, surface.pixel, surface.provenance
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")

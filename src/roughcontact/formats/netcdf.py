@@ -89,9 +89,6 @@ def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[netcdf.Dat
     return result, units.pop() if units else ""
 
 
-# --- NetCDF of this package ---
-
-
 # Memory for reading, in bytes per point.
 _NETCDF_EACH = 20
 

@@ -61,9 +61,6 @@ def _library_folder() -> str:
     return known.submodule_search_locations[0]
 
 
-# --- Maps and profiles that readers create, with the interface of SurfaceTopography ---
-
-
 class UniformTopographyInterface:
     """Base class of maps and profiles."""
 
@@ -143,9 +140,6 @@ class NonuniformLineScan(UniformTopographyInterface):
     def heights(self) -> Any:
         """Return the heights."""
         return self._y
-
-
-# --- Metadata of measurements, without the validation of pydantic ---
 
 
 # Metadata of an instrument. Serial numbers are not used: the library drops placeholders of them.

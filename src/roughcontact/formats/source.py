@@ -119,9 +119,6 @@ def check_method(path: Path, member: zipfile.ZipInfo) -> None:
         )
 
 
-# --- Common parts of all readers: options, channels and error messages ---
-
-
 @dataclass(frozen=True)
 class Channel:
     """One channel of a file."""
@@ -251,9 +248,6 @@ def one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {text if len(text) <= 160 else text[:159] + '…'}"
 
 
-# --- Numbers as bytes, little-endian and in blocks, for files too large for a second copy ---
-
-
 BLOCK = 2**20
 """Bytes per block; divisible by the size of every number."""
 
@@ -280,9 +274,6 @@ def iter_blocks(content: bytes | memoryview) -> Iterator[memoryview]:
     view = memoryview(content)
     for start in range(0, len(view), BLOCK):
         yield view[start : start + BLOCK]
-
-
-# --- Format by content: the suffix is a hint, the first bytes decide ---
 
 
 _START = 4096
@@ -429,9 +420,6 @@ def encoding_of(path: Path) -> str | None:
 def open_text(path: Path, errors: str = "strict") -> TextIO:
     """Open a text in its encoding; ``errors`` as in ``open``."""
     return path.open(encoding=encoding_of(path) or "utf-8-sig", errors=errors)
-
-
-# --- Units, sizes and plausible scales ---
 
 
 # Units of length in the spelling of instrument files, where pint has none or another meaning ("A"

@@ -79,9 +79,6 @@ def field_values(source: Surface | Result, name: str) -> NDArray[Any]:
     return getattr(source, name)
 
 
-# --- Maps as matrices of numbers, and the summary of a result as JSON ---
-
-
 def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Write a height map to a NumPy archive."""
     require_suffix(path, ".npz")

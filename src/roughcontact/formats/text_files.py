@@ -268,9 +268,6 @@ def _float(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-# --- Lists of points x, y, z on a grid ---
-
-
 # Maximum deviation of coordinates from the grid, in steps, due to their printed digits.
 _GRID_TOLERANCE = 0.05
 # Maximum number of grid points per point of the list: more are missing than measured.
@@ -340,9 +337,6 @@ def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], flo
             "to a grid first"
         )
     return nearest.astype(np.int64), step
-
-
-# --- Profiles: positions and heights in columns of text, resampled at equal distances ---
 
 
 MIN_POINTS = 9

@@ -261,9 +261,6 @@ def waves_below(material: Material, waves: Array, depth: float) -> NDArray[Any]:
     raise ValueError("a rigid base has no stress")
 
 
-# --- A pixel on a free map ---
-
-
 @dataclass(frozen=True)
 class Table:
     """Table of D and M of a stack at equal steps of asinh ρ."""
@@ -387,9 +384,6 @@ def _corner(table: Table, y: Array, x: Array) -> Array:
         for node, weight in zip(nodes, weights, strict=True):
             corner += weight * half * _lookup(table.corner, side / np.cos(half * (1 + node)))
     return corner * np.sign(y) * np.sign(x)
-
-
-# --- Two bodies ---
 
 
 @dataclass(frozen=True)

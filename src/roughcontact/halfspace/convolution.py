@@ -75,9 +75,6 @@ class ArrayCache:
 SPECTRA = ArrayCache(MAX_CACHE_BYTES)
 
 
-# --- Convolution of pressure maps with influence coefficients, on threads and by FFT ---
-
-
 Visit = Callable[[int, slice, NDArray[Any]], None]
 
 BAND = 64

@@ -359,9 +359,6 @@ class Sweep:
         np.multiply(second, unit, out=bend)
 
 
-# --- Operators of a laterally periodic half-space ---
-
-
 Fill = Callable[[int, Array], slice | None]
 Visit = Callable[[int, Array], None]
 

@@ -196,9 +196,6 @@ class Images:
         return (self._up_x @ halfway.T).T
 
 
-# --- Half-space with plastic strain, free or periodic ---
-
-
 class PlasticHalfSpace:
     """Half-space with plastic strain: displacement and stress by strain and pressure.
 

@@ -332,9 +332,6 @@ def _stride(length: int) -> int:
     return length + 16
 
 
-# --- Stress field below one map of pressure: kernels and their sampling at each depth ---
-
-
 Offsets = NDArray[np.int64]
 
 # Whether each component by a normal load is odd in y, and in x; a traction flips one of the two.
@@ -654,9 +651,6 @@ def _waves(loads: UnitLoads, terms: list[Term], shape: Shape, z: float, damped: 
         return symbols
 
     return Symbols(highest, block)
-
-
-# --- Elastic stress below a loaded surface, slice by slice ---
 
 
 # Depths per octave of the default list; its first depth in pixels, its last in contact radii.

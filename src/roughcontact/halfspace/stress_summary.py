@@ -399,9 +399,6 @@ def larger_principal(stress: NDArray[Any]) -> NDArray[Any]:
     return 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
 
 
-# --- Largest stresses of a volume and their places, from slices that are not stored ---
-
-
 # Maximum number of further depths near the largest stress.
 _REFINEMENTS = 4
 

@@ -365,9 +365,6 @@ def softer_material(first: Material, second: Material) -> Material | None:
     return min(known, key=lambda body: body.ceiling or math.inf, default=None)
 
 
-# --- Conduction of electricity and heat ---
-
-
 @dataclass(frozen=True)
 class Conductor:
     """Electrical resistivity and thermal conductivity of an isotropic body.

@@ -16,8 +16,6 @@ from roughcontact.report.kind import Cells, Row, Table, side_by_side
 from roughcontact.report.page import Block, PageTable, Picture
 from roughcontact.surface.surface import Surface
 
-# --- Blocks of reports ---
-
 
 def cells(rows: Iterable[Row]) -> list[Cells]:
     """Return rows as cells of a page: name, value, meaning."""
@@ -53,9 +51,6 @@ def figure_blocks(
         for entry in table
         if scene is not None and entry.chapter == chapter and entry.when(scene)
     ]
-
-
-# --- Input ---
 
 
 def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
@@ -132,9 +127,6 @@ def body_blocks(
         *([Block("small", f"Sources: {sources}.")] if sources else []),
         *table([(name, text) for name, text, _ in cells(specified)], style="key"),
     ]
-
-
-# --- Method and reproduction ---
 
 
 RIGHT_PROBLEM = "It verifies the solution of this model; sections 3 and 4 cover the model itself."

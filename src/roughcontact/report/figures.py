@@ -465,9 +465,6 @@ def names(table: Illustrations) -> tuple[str, ...]:
     return tuple(entry.name for entry in table if entry.name)
 
 
-# --- The figures of reports on profiles ---
-
-
 def _trace(scene: MapScene) -> str:
     missing = " The line ends where points are missing." if scene.surface.missing else ""
     return f"Heights{scene.of} {scene.when}, exaggerated. Contact starts at the highest.{missing}"

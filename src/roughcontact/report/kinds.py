@@ -56,8 +56,6 @@ def render(result: Any, edition: Edition = PLAIN, **more: Any) -> str:
     return presentation_of(result, **more).render(edition)
 
 
-# --- Display of a result in a session and in a notebook ---
-
 _WIDE, _SMALL = 420, 340
 # Characters of a line.
 _LINE = 88
@@ -144,9 +142,6 @@ def _picture(shown: Any) -> str:
     data = base64.b64encode(png(figure)).decode("ascii")
     wide = _WIDE if figure.get_figwidth() > figure.get_figheight() else _SMALL
     return f'<img alt="" style="width: {wide}px" src="data:image/png;base64,{data}">'
-
-
-# --- Figures of an object as its methods: `result.plot.pressure()` ---
 
 
 Draw = Callable[..., "Figure"]

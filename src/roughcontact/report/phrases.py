@@ -60,9 +60,6 @@ def _iteration_text(look: IterationInfo) -> str:
     return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
 
 
-# --- Materials, laws and ceilings as text ---
-
-
 def ceiling(result: ContactResult) -> str:
     """Return the ceiling of a result and its source, without a full stop."""
     both = (result.material, result.counter_material)
@@ -327,9 +324,6 @@ def step_error(result: ElastoplasticResult) -> str:
     return f"about {100 * error:.2g} % of approach and contact area" if error else "none"
 
 
-# --- Regime of a result as a sentence ---
-
-
 def regime(result: ContactResult, *, in_layers: bool = False) -> str:
     """Return the regime of a result as a sentence with its numbers.
 
@@ -440,8 +434,6 @@ def volume_regime(result: ElastoplasticResult) -> str:
     deepest = format_engineering(float(result.residual_displacement.max()), "m", 3)
     return f"{text}{surface} After unloading, an indentation remains of up to {deepest}."
 
-
-# --- Problem and solver status of a contact, one line each ---
 
 DIGITS = 3
 """Number of significant digits of the headline."""

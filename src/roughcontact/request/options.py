@@ -152,9 +152,6 @@ def map_option(name: str, parse: Parser[T], text: str, **more: Any) -> Option[T 
     return Option(name, parse, text, None, Panel.MAP, prepares=True, **more)
 
 
-# --- Rules between options, as data ---
-
-
 class RuleKind(Enum):
     """Type of a rule between options."""
 
@@ -219,8 +216,6 @@ def join_mentions(options: Iterable[Option[Any]], last: str) -> list[Any]:
         parts[-2] = last
     return parts
 
-
-# --- Options that tasks share; a task that lists a group has all options of the group ---
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 MISSING_KNOWN = ("error", "fill", "fill-all", "mask", "crop")

@@ -330,9 +330,6 @@ def snap_to_bounds(now: Iterate, viewer: Evaluator, tolerance: float) -> Iterate
     return settled if settled.certificate <= tolerance else now
 
 
-# --- Active-set step: the linear problem on the free pixels, by conjugate gradients ---
-
-
 # Reduction at which a linear solve stops unless the set of free pixels is already right.
 _REDUCTION = 0.3
 # Relative tolerance of the forces of blocks within the bounds, and maximum number of shifts.

@@ -236,9 +236,6 @@ def _dot(first: Array, second: Array) -> float:
     return float(np.sum(first * second))
 
 
-# --- Parts of the map that contain the contact, each with a separate operator ---
-
-
 # Pixels along the edge of a block, and minimum points along each side of a map with blocks: on
 # smaller maps the wrapped inverse is as good, and better if pixels are far from square.
 _BLOCK, _SMALL = 8, 64

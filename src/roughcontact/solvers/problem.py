@@ -163,9 +163,6 @@ def _block_mean(values: NDArray[Any]) -> Array:
     return mean
 
 
-# --- Projection onto the admissible pressures: between zero and the ceiling, with a given sum ---
-
-
 # Enough to halve the largest number down to the smallest, every other step.
 _MAX_STEPS = 4300
 _ROUNDING = 1e-15

@@ -198,9 +198,6 @@ def one_of_several(
     return report_progress
 
 
-# --- Progress line for terminals and notebooks ---
-
-
 P = ParamSpec("P")
 R = TypeVar("R")
 

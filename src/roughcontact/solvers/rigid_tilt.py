@@ -118,9 +118,6 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
     return Punch(float(pressure.sum()) ** 2 / work, pressure, displacement, unit)
 
 
-# --- Tilt of two rigid bodies at rest on each other, with or without a pressure ceiling ---
-
-
 # Maximum number of points: with more, the steps of the staircase are negligible.
 _MAX_POINTS = 1 << 20
 # Distance from a bound up to which parts of the load are at the bound.
@@ -179,9 +176,6 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
     plane = plane + np.linalg.lstsq(on, gap[between] - on @ plane, rcond=_BOUND)[0]
     tilt: Array = -plane[1:] / spans
     return tilt if np.isfinite(tilt).all() else None
-
-
-# --- Tilt of one body on another at which the contact pressure balances given moments ---
 
 
 # Distance outside the admissible moments that is treated as rounding.

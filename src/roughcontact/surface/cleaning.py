@@ -142,9 +142,6 @@ def _local_median(heights: Array, window: int) -> Array:
     return median
 
 
-# --- Filling of holes by a harmonic surface ---
-
-
 # Above this number of missing points the factors of the direct solver need more memory than the
 # map.
 _DIRECT_LIMIT = 50_000

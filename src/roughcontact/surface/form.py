@@ -138,9 +138,6 @@ def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
     return np.einsum("bx,ix->bi", rows, along_x)
 
 
-# --- Sphere, cylinder or polynomial of a map, fitted by least squares and removed ---
-
-
 # Function for the heights of a shape at the points y, x, and their derivatives with respect to the
 # parameters.
 _Model = Callable[[Array, Array, Array], tuple[Array, list[Array]]]
@@ -396,9 +393,6 @@ def _remove_cylinder(heights: Array, pixel: Pixel) -> tuple[Array, dict[str, flo
         "slope": -m if half_turns % 2 else m,
     }
     return fit.residual(heights, _cylinder, values), parameters
-
-
-# --- Least-squares mean, plane or quadric ---
 
 
 # Exponents (of y, of x) of the terms of each form.

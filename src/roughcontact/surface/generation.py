@@ -79,9 +79,6 @@ def combine_with_grooves(grooves: Array, roughness: Array, height: float) -> Arr
     return grooves + scale * roughness
 
 
-# --- Random maps with given parameters of ISO 25178 ---
-
-
 Waves = NDArray[np.complex128]
 
 PARAMETER_TOLERANCE = 0.02
@@ -536,9 +533,6 @@ def _normalize_heights(heights: Array) -> Array:
     deviation: Array = heights - heights.mean()
     deviation /= math.sqrt(float(np.mean(deviation * deviation)))
     return deviation
-
-
-# --- Requested and actual parameters ---
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,6 @@ def row_blocks(shape: tuple[int, ...], values: int = 1) -> Iterator[slice]:
         yield slice(start, min(start + step, shape[0]))
 
 
-# --- Heights and pixel edges of a map ---
-
-
 PROFILE_WIDTH = 1.0
 """Width of the pixels of a profile [m]: its loads and areas are per meter."""
 
@@ -118,9 +115,6 @@ def _spacing(pixel: Any) -> float:
     if not 0 < spacing < np.inf:
         raise input_error("pixel", pixel, "must be positive and finite [m]")
     return spacing
-
-
-# --- Memory for the creation of a map ---
 
 
 SAMPLED_ARRAYS = 7

@@ -92,9 +92,6 @@ def _part(
     return part if level == "none" else part.leveled(level)
 
 
-# --- Registration of two maps on one grid ---
-
-
 def match_grids(
     first: Surface,
     second: Surface,
@@ -161,9 +158,6 @@ def drawn_pairs(
         over = second.aligned(second, mirrored=True).rotated(turn)
         pairs.append((first, shift_surface(over, way, (0, 1))))
     return pairs
-
-
-# --- Shifted surfaces ---
 
 
 # Fraction of a pixel within which a shift is treated as a whole number of pixels.

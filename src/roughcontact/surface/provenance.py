@@ -209,8 +209,6 @@ def _operation(record: dict[str, Any]) -> Operation:
     return Operation(record["method"], arguments, record["found"])
 
 
-# --- Sentences of the operations: none or one each ---
-
 _Said = Mapping[str, Any]
 # A format of the arguments and results, or a function of both.
 _Words = str | Callable[[_Said, _Said], tuple[str, ...]]

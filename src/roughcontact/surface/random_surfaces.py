@@ -268,9 +268,6 @@ def _half_shell(
     return i, j
 
 
-# --- Power spectra of random maps: roll-off, exponent, cut-off and direction ---
-
-
 @dataclass(frozen=True)
 class Spectrum:
     """Power spectrum of a periodic random map, up to a factor."""

@@ -44,9 +44,6 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     }
 
 
-# --- Map of heights on a regular grid, with its provenance ---
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 @validate_public_methods
 class Surface(Displayable):

@@ -227,9 +227,6 @@ def _solve_two_parameters(family: str, skewness: float, kurtosis: float) -> John
     return Johnson(family, result.gamma, result.delta, skewness < 0)
 
 
-# --- Heights of a surface cut by a plane: share above it, and the gap below ---
-
-
 # Normal scores for integrals over the heights, and the volume below each.
 _SCORES = np.linspace(-9, 9, 7201)
 

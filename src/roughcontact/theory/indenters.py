@@ -298,9 +298,6 @@ def cone_displacement(r: ArrayLike, contact_radius: float, slope: float) -> Arra
     return slope * contact_radius * unit
 
 
-# --- Elastic, perfectly plastic sphere on a half-space, from first yield to full plasticity ---
-
-
 PLATEAU = 3.0
 """Mean pressure in full plasticity over the yield strength (Tabor 1951)."""
 

@@ -180,9 +180,6 @@ def uncertainty(
     )
 
 
-# --- Requirements on contacts and maps ---
-
-
 def _material(result: ContactResult, material: Mapping[str, float] | None) -> dict[str, float]:
     known = {"E": 0.03, "yield": 0.05, **(material or {})}
     for name, value in known.items():
@@ -395,8 +392,6 @@ def _require_random(measured: Reconstruction) -> None:
 # as well.
 _MIN_SKEWNESS, _MAX_SKEWNESS, _PEAKED = -2.0, 1.0, 10.0
 
-# --- The draws and their solves ---
-
 
 class _ContactDraws:
     """Draws of the surface of a contact, and the solves of their contacts."""
@@ -554,9 +549,6 @@ def _stratified_normals(columns: int, rows: int, rng: np.random.Generator) -> Ar
     if rows:
         quantiles /= quantiles.std(ddof=1)
     return rng.permuted(np.tile(quantiles, (columns, 1)), axis=1).T
-
-
-# --- The intervals ---
 
 
 def _intervals(

@@ -260,9 +260,6 @@ def _span(
     return f"{what}: as {argument} goes from {ends[0]} to {ends[1]}: {', '.join(parts)}."
 
 
-# --- The same contact on other grids, with other filters and ceilings ---
-
-
 Array = NDArray[np.float64]
 
 

@@ -309,9 +309,6 @@ def sample_cautions(samples: Sequence[Sample] | Sequence[SamplingStudy]) -> tupl
     return merge_cautions([(sample.name, sample.cautions) for sample in samples], "maps")
 
 
-# --- Comparison of groups of maps under the same nominal pressure ---
-
-
 BEFORE, AFTER = "before", "after"
 """Names of the groups before and after a first loading."""
 

@@ -453,9 +453,6 @@ def answer(study: SamplingStudy) -> str:
     )
 
 
-# --- Presentation of a comparison and of a sampling study ---
-
-
 # Largest number of groups that a title lists by name.
 _NAMED = 3
 

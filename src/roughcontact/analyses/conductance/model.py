@@ -160,9 +160,6 @@ def slip_factor(gap: Array, density: NDArray[Any], path: float) -> float:
     return float(total / (dissipated / (1 + 6 * path / g)).sum())
 
 
-# --- Accuracy of the correlations that are compared with the solution ---
-
-
 CURVED = 0.75
 """Share of the gap variance in a quadric from which on bodies are treated as curved.
 
@@ -221,9 +218,6 @@ def form_note(texture: Texture) -> tuple[Caution, ...]:
     )
 
 
-# --- Greenwood's estimate of the constriction length, and errors of the estimates ---
-
-
 CASES = 108
 """Number of rough contacts in the test of the estimates, see `constriction.CORRELATION_RANGE`."""
 
@@ -276,9 +270,6 @@ def _self_displacement(pixel: tuple[float, float], contact_modulus: float) -> fl
     """Return the displacement at the center of a single pixel under unit pressure."""
     dy, dx = pixel
     return 2 / (math.pi * contact_modulus) * (dx * math.asinh(dy / dx) + dy * math.asinh(dx / dy))
-
-
-# --- Electrical and thermal conductance of a contact ---
 
 
 SUBJECT = "the resistance of a contact"

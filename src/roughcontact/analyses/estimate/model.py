@@ -281,9 +281,6 @@ def _formula(text: dict[str, Any]) -> Formula:
     )
 
 
-# --- Estimate of nominally flat contact from roughness parameters ---
-
-
 _CEILING, _VOLUME = "ceiling", "volume"
 MIN_WAVES = 6.0
 """Minimum shorter side of a map, in autocorrelation lengths, for a representative map."""
@@ -540,8 +537,6 @@ def _estimate_under_ceilings(
     second = _union(others) if abs(change) > MIN_SHOWN_CHANGE else None
     return replace(_union([*results, *others]), calibrated=second)
 
-
-# --- Faces of a drawing, and joints ---
 
 FINISHES = {
     "ground": True,

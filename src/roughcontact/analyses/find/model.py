@@ -137,9 +137,6 @@ class LoadSearch(Result):
         return sort_cautions([*judged, *self.extra_cautions])
 
 
-# --- Crossing of a value by a quantity that grows with the load ---
-
-
 # Logarithms of a load, and of the quantity over the requested value.
 Point = tuple[float, float]
 
@@ -253,9 +250,6 @@ def _next_outside(
     ahead = (guess < end[0]) if above else (guess > end[0])
     step = min(abs(guess - end[0]), _STEP) if ahead else _MAX_EXTRAPOLATION
     return max(end[0] - step, edge) if above else min(end[0] + step, edge)
-
-
-# --- Load at which a contact has a requested value ---
 
 
 ACCURACY = 1e-6

@@ -141,9 +141,6 @@ def indented(body: Surface, indentation: Array) -> Surface:
     return replace(body, heights=body.heights - indentation, provenance=provenance)
 
 
-# --- Surface after a contact, for unloading and the next loading ---
-
-
 @validate_arguments
 def indented_surface(result: ContactResult) -> Surface:
     """Return the surface with the permanent indentation of a contact.
@@ -172,9 +169,6 @@ def indented_surface(result: ContactResult) -> Surface:
     (True, 1.0)
     """
     return indented(result.surface, result.residual_indentation)
-
-
-# --- Stages of a path, and their results ---
 
 
 NEGLIGIBLE_GROWTH = 1e-5
@@ -424,9 +418,6 @@ def most_passes(stages: int) -> int:
 
 def _is_finite(value: Any) -> bool:
     return isinstance(value, Real) and math.isfinite(value)
-
-
-# --- Load history with permanent indentation ---
 
 
 TOLERANCE = 1e-9

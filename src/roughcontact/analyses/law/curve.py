@@ -150,9 +150,6 @@ def _monotone(x: Array, y: Array, slope: Array) -> Array:
     return np.clip(slope, 3 * steepest, 0.0)
 
 
-# --- Asperities of a surface after Greenwood and Tripp, from moments of its spectrum ---
-
-
 @dataclass(frozen=True)
 class Asperities:
     """Greenwood-Tripp parameters of a rough surface, for programs of mixed lubrication."""

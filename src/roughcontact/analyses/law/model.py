@@ -563,9 +563,6 @@ def _mean(values: Array) -> Mean:
     return statistics.mean_with_interval(values)
 
 
-# --- Interface law from solved contacts ---
-
-
 LAW_NAME = "an interface law"
 """Name of the analysis in messages on missing maps."""
 

@@ -161,9 +161,6 @@ class _Parts:
             self.winding.add(first)
 
 
-# --- Thin-film flow through a gap with contact, on the pixels of a map ---
-
-
 TOLERANCE = 1e-8
 """Maximum imbalance, summed over all nodes, over the flow through the gap."""
 
@@ -495,9 +492,6 @@ def _amount(
 def _dot(first: Array, second: Array) -> float:
     # Not by BLAS, whose last digits depend on the number of threads.
     return float(np.einsum("i,i->", first, second))
-
-
-# --- Isothermal flow of a gas, from viscous to free molecular ---
 
 
 STANDARD_TEMPERATURE, STANDARD_PRESSURE = 273.15, 101325.0

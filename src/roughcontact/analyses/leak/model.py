@@ -165,9 +165,6 @@ def grid_caution(changes: tuple[float, float]) -> Iterator[Caution]:
         )
 
 
-# --- Leakage through the gap of a contact, and flow factors of the roughness ---
-
-
 LEAKAGE_NAME = "the leakage of a contact"
 """Name of the analysis in messages on missing maps."""
 

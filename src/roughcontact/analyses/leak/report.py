@@ -273,8 +273,6 @@ def _fluid_load_sentence(result: Leakage) -> str:
     )
 
 
-# --- Headline ---
-
 # From this rate [m³/s] on, rates are given in cubic millimeters per second.
 _PER_SECOND = 1e-9
 

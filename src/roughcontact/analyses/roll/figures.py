@@ -248,9 +248,6 @@ def _passes_text(rolling: RollingResult) -> str:
     return f"{count} {'pass' if count == 1 else 'passes'}{style.doubt_suffix(rolling.result)}"
 
 
-# --- Movie of repeated passes: pressure and strain below it, step by step ---
-
-
 # Maximum number of frames of a movie, duration of each and of the last [ms], and resolution [dpi].
 MAX_FRAMES = 240
 _SHOWN, _LAST = 100, 1500

@@ -172,9 +172,6 @@ def _largest(values: Array) -> float:
     return float(values.ravel()[np.abs(values).argmax()]) if values.size else 0.0
 
 
-# --- Repeated passes of a counter-body over yielding bodies ---
-
-
 # Strain that a pass adds, over the yield strain σ_Y/(3μ), up to which it is treated as zero; and
 # net over added strain of a pass up to which the strain is treated as alternating.
 _NONE, _LEFT = 0.01, 0.02
@@ -612,9 +609,6 @@ def shakedown_load(
         middle = math.sqrt(ends[0] * ends[1])
         ends[0 if shakes(middle) else 1] = middle
     return ends[0], ends[1]
-
-
-# --- Storage of repeated passes: last state and summaries ---
 
 
 _NUMBERS = {

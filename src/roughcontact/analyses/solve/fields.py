@@ -34,8 +34,6 @@ from roughcontact.report.kind import (
 )
 from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
 
-# --- The contact ---
-
 
 def ceiling_stored(result: Any) -> Any:
     """Return the ceiling as stored in files."""
@@ -249,9 +247,6 @@ HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_ga
 """Headline quantities of the report of a contact."""
 
 
-# --- The volume model ---
-
-
 def _loaded(result: ElastoplasticResult) -> bool:
     return bool(result.solution.load)
 
@@ -417,9 +412,6 @@ INCREMENTS = (
 """Columns of the increments of an `ElastoplasticResult`."""
 
 
-# --- Bodies of contacts under several loads ---
-
-
 def stored_quantity(attribute: str, key: str) -> Quantity:
     """Return a quantity of the contact of a result, which is only in files."""
     quantity = quantity_of(CONTACT, key)
@@ -431,9 +423,6 @@ PAIR = tuple(
     for key in ("source", "preparation", "boundary", "contact_modulus")
 )
 """Quantities of the bodies, from the contact under the largest load."""
-
-
-# --- Contacts of profiles: quantities per meter of width ---
 
 
 LOAD = "N/m"
@@ -483,9 +472,6 @@ PROFILE_CONTACT = (
     Quantity("spacing", "[m]", of=lambda r: r.surface.pixel[1]),
 )
 """Quantities of a `ContactResult` of profiles."""
-
-
-# --- Contact segments of profiles ---
 
 
 def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:

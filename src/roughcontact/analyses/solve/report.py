@@ -164,8 +164,6 @@ def _ceilings(result: ContactResult) -> tuple[str, str]:
     return f"ceiling {own}", f"calibrated, {other}"
 
 
-# --- Headline ---
-
 # Relative difference up to which rough and smooth contact areas are treated as equal.
 _AREA_TOLERANCE = 0.05
 

@@ -184,9 +184,6 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
         request.require_contact(shape)
 
 
-# --- Study of a contact with other grids, filters and ceilings ---
-
-
 def resolution_study_of(request: Request, work: TaskContext, load: float) -> ResolutionStudy:
     """Return the study of a contact under a load [N]."""
     from roughcontact.uncertainty.resolution import resolution_study
@@ -199,9 +196,6 @@ def resolution_study_of(request: Request, work: TaskContext, load: float) -> Res
         load=load,
         progress=lambda state: work.look(replace(state, label=f"study: {state.label}")),
     )
-
-
-# --- The task ---
 
 
 TASK = Task(

@@ -63,9 +63,6 @@ class StudyPresentation(Presentation):
         return "".join(self.result.sentences[:1])
 
 
-# --- Rows of the intervals of the main quantities ---
-
-
 NOT_INCLUDED = (
     "Not included: another place on the part, another part. Measure at least three maps for these."
 )
@@ -284,9 +281,6 @@ def _ends(quantity: Quantity, interval: Interval) -> str:
         text = f"{center} ({text}); as measured {measured}"
     unknown = _parts(interval)[1]
     return f"{text} ({unknown})" if unknown else text
-
-
-# --- The study of a measured map ---
 
 
 MEASURED = (

@@ -591,9 +591,6 @@ def require_memory(shape: tuple[int, int], **terms: Any) -> None:
     )
 
 
-# --- First yield below a contact ---
-
-
 # Maximum load factor of a step in the search for first yield, and maximum number of solves.
 _MAX_LOAD_FACTOR = 1000.0
 _MAX_SOLVES = 40

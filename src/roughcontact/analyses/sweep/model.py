@@ -213,9 +213,6 @@ class LoadCurve(StepResult):
         return table[:, 0], table[:, 1]
 
 
-# --- Load curves ---
-
-
 MAX_HELD_RESULTS = 5
 """Maps in memory while a step is prepared: last pressure and gap, their rates, start."""
 

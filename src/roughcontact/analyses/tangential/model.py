@@ -225,9 +225,6 @@ def _norm(field: Array) -> float:
     return math.sqrt(float(np.square(field).sum()))
 
 
-# --- Elastic constants of the pair ---
-
-
 def joint_poisson(pair: Pair) -> float:
     """Return the equivalent Poisson's ratio of the pair, Σ(ν/G)/Σ(1/G)."""
     bodies = _shear(pair)
@@ -286,9 +283,6 @@ def _operator(pair: Pair) -> TangentialOperator:
     return halfspace.operator(
         pair.boundary, pair.shape, pair.pixel, pair.contact_modulus, joint_poisson(pair)
     )
-
-
-# --- Public function ---
 
 
 @validate_arguments

@@ -360,9 +360,6 @@ def _check_motion(pair: Pair, motion: str, shaping: tuple[float, float]) -> None
         )
 
 
-# --- Steps ---
-
-
 @dataclass(frozen=True, eq=False)
 class _State:
     """State after a step."""
@@ -555,9 +552,6 @@ def _conforms(pressure: Array, touchable: NDArray[np.bool_]) -> bool:
 def _moved(before: Array, after: Array) -> float:
     """Return the part of a sum that two maps with this sum have at other pixels."""
     return float(np.abs(after - before).sum() / after.sum()) / 2
-
-
-# --- Steps on disk: the pressure of each step, whose sum is the wear ---
 
 
 def _file(place: RunFolder, number: int) -> tuple[Path, dict[str, Any]]:
