@@ -24,7 +24,7 @@ from roughcontact.errors import (
     render_message,
 )
 from roughcontact.halfspace import fft
-from roughcontact.request import outputs, run as running
+from roughcontact.request import outputs, run
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outcome import Outcome
 
@@ -123,7 +123,7 @@ def failed_answer(task: BatchTask, reason: str) -> TaskResult:
 def _run_parts(task: BatchTask) -> TaskResult:
     """Execute all parts of a contact one after the other, or one subtask."""
     reports, result = {}, None
-    with running.shared_runner() as carry_out:
+    with run.shared_runner() as carry_out:
         for part in task.parts:
             try:
                 if task.piece:

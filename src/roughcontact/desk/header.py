@@ -8,7 +8,7 @@ from typing import Any
 
 import panel as pn
 
-from roughcontact.analyses.solve import report as contact, uncertainty_report as uncertainty
+from roughcontact.analyses.solve import report as contact, uncertainty_report
 from roughcontact.analyses.solve.fields import CONTACT, PROFILE_CONTACT
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cautions import Caution, Severity
@@ -40,7 +40,7 @@ def key_numbers(result: ContactResult, form: LoadForm = FORCE) -> str:
 
     A load that is given as nominal pressure is shown as such, with its force below.
     """
-    ends, calibrated = uncertainty.brief_ends(result), contact.calibrated_numbers(result)
+    ends, calibrated = uncertainty_report.brief_ends(result), contact.calibrated_numbers(result)
     table = PROFILE_CONTACT if result.pair.is_profile else CONTACT
     cells = []
     for key in _KEYS:

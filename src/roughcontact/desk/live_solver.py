@@ -24,7 +24,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.drawing.style import cell_mean
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.formats import read
-from roughcontact.request import preparation as maps
+from roughcontact.request import preparation
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.request.run import solve_request
@@ -87,7 +87,7 @@ class LiveSolver:
     def __init__(
         self,
         on_event: Callable[[Event], None],
-        reader: maps.Reader = read.read_announced,
+        reader: preparation.Reader = read.read_announced,
         turns: threading.Semaphore | None = None,
     ) -> None:
         self._on_event = on_event
@@ -219,7 +219,9 @@ class LiveSolver:
         key = _maps_key(request)
         if self._prepared is None or self._prepared[0] != key:
             self._prepared = self._coarse = None
-            result = maps.surfaces(request, self._notify, partial(self._reading, request.inputs))
+            result = preparation.surfaces(
+                request, self._notify, partial(self._reading, request.inputs)
+            )
             self._prepared = key, tuple(result)
         return self._prepared[1]
 

@@ -14,7 +14,7 @@ from bokeh.resources import Resources
 
 from roughcontact._tools import files
 from roughcontact._version import __version__
-from roughcontact.analyses.solve import uncertainty_report as uncertainty
+from roughcontact.analyses.solve import uncertainty_report
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import escape_markup, markup_table
@@ -57,7 +57,7 @@ def render_page(result: ContactResult, request: Request) -> str:
         for text in Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).js_raw
     )
     source = escape_markup(result.surface.provenance.source)
-    ends = uncertainty.intervals_by_key(result)
+    ends = uncertainty_report.intervals_by_key(result)
     rows = [
         (row.title, row.text, ends.get(row.key, ""), row.meaning)
         for row in (*kinds.rows(result), *kinds.rows(result, TRUST))

@@ -270,9 +270,9 @@ def read_map(
     tell: Callable[[Progress | str], None], path: Path, reading: dict[str, Any]
 ) -> tuple[Surface, Any]:
     """Read a map and the channels of its file, as `formats.read.read_with_channels`; a job."""
-    from roughcontact.formats import read as formats
+    from roughcontact.formats import read
 
-    return formats.read_with_channels(path, **reading)
+    return read.read_with_channels(path, **reading)
 
 
 READING = Limits(READING_MEMORY, READING_SECONDS)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools import netcdf
 from roughcontact.contact import archive
-from roughcontact.contact.archive import Verification, verify_solution as verify_contact
+from roughcontact.contact.archive import Verification, verify_solution
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plastic_body import PlasticBody
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult, Increment
@@ -170,8 +170,8 @@ def load_result(
 def verify_result(result: ContactResult | ElastoplasticResult) -> Verification:
     """Return the stored and the recomputed values of a result."""
     if isinstance(result, ContactResult):
-        return verify_contact(result)
-    return verify_contact(result.solution, result.residual_displacement)
+        return verify_solution(result)
+    return verify_solution(result.solution, result.residual_displacement)
 
 
 def from_dataset(dataset: netcdf.Dataset) -> ElastoplasticResult:

@@ -24,7 +24,7 @@ from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.validation import check_problem
-from roughcontact.elastoplastic import solve as elastoplastic
+from roughcontact.elastoplastic import solve
 from roughcontact.elastoplastic.increments import AUTO
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import InputError, input_error
@@ -301,7 +301,7 @@ def _solve_volume(
                 progress(replace(state, number=number, count=len(loads)))
 
         states.append(
-            elastoplastic.solve_elastoplastic(
+            solve.solve_elastoplastic(
                 pair.surface,
                 material=pair.material,
                 counter_surface=pair.counter_surface,

@@ -23,7 +23,7 @@ from roughcontact.halfspace.layers import SWEEP_POINTS, graded_layers
 from roughcontact.material.material import CEILING_FACTOR, Material
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Family
-from roughcontact.solvers.problem import BoundedProblem as ContactProblem, Loaded
+from roughcontact.solvers.problem import BoundedProblem, Loaded
 from roughcontact.solvers.progress import Status
 
 
@@ -125,7 +125,7 @@ class ContactSolver:
         limit = CEILING_FACTOR * strength
         if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
             return np.isfinite(self.initial_gap)
-        problem = ContactProblem(self.initial_gap, limit, total)
+        problem = BoundedProblem(self.initial_gap, limit, total)
         rough = bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
         pressed = np.zeros(self.initial_gap.shape, bool)
         pressed.ravel()[rough.index] = True
@@ -145,7 +145,7 @@ class ContactSolver:
             self.approach = float(gap.min())
             return
         solution = bounded.solve(
-            ContactProblem(gap, np.inf, load / self.area),
+            BoundedProblem(gap, np.inf, load / self.area),
             self._make,
             tolerance=self.tolerance,
             max_iterations=_CONTACT_CONVOLUTIONS,

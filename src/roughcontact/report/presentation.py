@@ -50,7 +50,7 @@ from roughcontact.report.kind import (
     stored_values,
 )
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front
-from roughcontact.result import presentation as connected_module
+from roughcontact.result import presentation
 from roughcontact.units import format_engineering, format_percent
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 def presentation_of(result: Any, **more: Any) -> Presentation:
     """Return the presentation of a result; raise `TypeError` for other objects."""
     for base in type(result).__mro__:
-        place = connected_module().presentations.get(base.__name__)
+        place = presentation().presentations.get(base.__name__)
         if place is not None:
             return pkgutil.resolve_name(f"roughcontact.{place}")(result, **more)
     raise TypeError(f"there is no kind of results for a {type(result).__name__}")

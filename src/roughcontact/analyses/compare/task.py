@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact._tools import memory as limits
+from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import options, parsing
 from roughcontact.request.options import Option
@@ -46,7 +46,7 @@ PRELOAD = Option.value(
 )
 STEPS = Option(
     "steps",
-    parsing.int_parser(1, limits.STEPS),
+    parsing.int_parser(1, memory.STEPS),
     "Points of the load curve; 1 for none; default: 7.",
     7,
 )

@@ -11,7 +11,7 @@ import numpy as np
 
 from roughcontact.analyses.conductance import model as joint
 from roughcontact.analyses.conductance.figures import conductance
-from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
+from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report
 from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.drawing import maps
 from roughcontact.material.material import Conductor
@@ -296,7 +296,7 @@ def _interval(result: joint.Conductance) -> Interval:
     """Return the interval of the constriction length under the largest load."""
     coarser = math.nan if result.coarser is None else result.coarser.length
     change = math.nan if result.base is None else _change(result, result.base)
-    return uncertainty.joint_interval(
+    return uncertainty_report.joint_interval(
         result, "length", result.steps[-1].length, 0, coarser, *result.draws, base=change
     )
 
@@ -342,7 +342,7 @@ class ConductancePresentation(Presentation):
         """Return the answer in one sentence."""
         result = self.result
         texts, interval = _joint_texts(result, -1), _interval(result)
-        if uncertainty.has_ends(interval):
+        if uncertainty_report.has_ends(interval):
             shown = [
                 _joint_values(result.with_length(length), -1)
                 for length in (interval.low, interval.high)
@@ -385,13 +385,13 @@ class ConductancePresentation(Presentation):
             hot = plain_decimal(float(result.hottest[0]) - _ZERO_CELSIUS, 3)
             smallest = " under the smallest load" * (len(result.steps) > 1)
             yield f"At {amperes}: contact voltage {voltage}, hottest spot {hot} °C{smallest}"
-        yield uncertainty.sources(_interval(result), hint=False)
+        yield uncertainty_report.sources(_interval(result), hint=False)
         yield from phrases.draws_text(result.draws)
         others = []
         if result.coarser is not None:
             others.append(f"twice the pixel {format_change(result.coarser.length)}")
         if result.calibrated is not None:
-            others.append(uncertainty.under_calibrated(result, 0))
+            others.append(uncertainty_report.under_calibrated(result, 0))
         if others:
             yield f"Constriction length: {', '.join(others)}"
         if result.base is not None:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from roughcontact.analyses.find import model as search
-from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
+from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report
 from roughcontact.analyses.solve.fields import PAIR, stored_quantity
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.report import citations, phrases
@@ -192,7 +192,7 @@ class SearchPresentation(Presentation):
         pair = loads.largest.pair
         is_bounded = pair.is_profile or has_nominal_body(pair.origins)
         is_contact = first.quantity == search.CONTACT
-        ends = uncertainty.area_ends(first.result) if is_contact else None
+        ends = uncertainty_report.area_ends(first.result) if is_contact else None
         if ends is not None and loads.base is None:
             ends = first.load * first.target / ends[1], first.load * first.target / ends[0]
             pressure = f"{pressure} ({range_text(*ends, lambda v: _pressure(loads, v))})"
@@ -232,8 +232,8 @@ class SearchPresentation(Presentation):
         loads = self.result
         for item in loads.answers:
             is_contact = item.quantity == search.CONTACT
-            interval = uncertainty.area_interval(item.result) if is_contact else None
-            if interval is not None and (text := uncertainty.sources(interval, hint=False)):
+            interval = uncertainty_report.area_interval(item.result) if is_contact else None
+            if interval is not None and (text := uncertainty_report.sources(interval, hint=False)):
                 yield text
                 break
         certificate = max(item.certificate for item in loads.answers)

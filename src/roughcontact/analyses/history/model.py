@@ -22,7 +22,7 @@ from roughcontact._tools.checkpoints import RunFolder
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact import load_case, plausibility
 from roughcontact.contact.ceiling import resolve_ceiling
-from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, parse_load as given_load
+from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, parse_load
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
 from roughcontact.contact.series import StepResult
@@ -823,7 +823,7 @@ def _stages(path: Sequence[Stage | Quantity | Load]) -> tuple[Stage, ...]:
     stages = []
     for number, stage in enumerate(path, start=1):
         try:
-            load = given_load(stage)
+            load = parse_load(stage)
             stages.append(load if isinstance(load, Stage) else _loaded(load))
         except InputError as error:
             raise InputError(f"stage {number}: ", *error.sentence) from None

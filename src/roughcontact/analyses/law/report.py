@@ -12,7 +12,7 @@ from roughcontact.analyses.law.curve import ERROR
 from roughcontact.analyses.law.figures import interface_law
 from roughcontact.analyses.law.formats import LAW_FORMATS
 from roughcontact.analyses.law.model import InterfaceLaw
-from roughcontact.analyses.solve import uncertainty_report as uncertainty
+from roughcontact.analyses.solve import uncertainty_report
 from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.references import make_use
 from roughcontact.report import chapters, phrases
@@ -217,7 +217,7 @@ def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
     coarser = law.coarser and (law.coarser.closing, law.coarser.stiffness)
     changes = coarser or (math.nan, math.nan)
     closing, stiffness = (
-        uncertainty.joint_interval(law, name, item.value, index, changes[index], item)
+        uncertainty_report.joint_interval(law, name, item.value, index, changes[index], item)
         for index, (name, item) in enumerate(zip(("closing", "stiffness"), means, strict=True))
     )
     return closing, stiffness
@@ -261,8 +261,10 @@ class LawPresentation(Presentation):
         first, last = steps[0].pressure, steps[-1].pressure
         ends = range_text(first, last, lambda value: format_short(value, "Pa"))
         closing, stiffness = _intervals(law)
-        by = uncertainty.with_interval(closing, lambda value: format_short(value, "m"))
-        stiff = uncertainty.with_interval(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
+        by = uncertainty_report.with_interval(closing, lambda value: format_short(value, "m"))
+        stiff = uncertainty_report.with_interval(
+            stiffness, lambda value: f"{_per_length(value)} GPa/µm"
+        )
         return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
 
     def numbers(self) -> CellTable:
@@ -289,10 +291,10 @@ class LawPresentation(Presentation):
         """Yield resolved range, interpolation error, and tangential and unloading results."""
         law = self.result
         _, stiffness = _intervals(law)
-        if uncertainty.has_ends(stiffness):
-            yield uncertainty.sources(stiffness, hint=False)
+        if uncertainty_report.has_ends(stiffness):
+            yield uncertainty_report.sources(stiffness, hint=False)
         if law.calibrated is not None:
-            yield f"Stiffness: {uncertainty.under_calibrated(law, 1)}"
+            yield f"Stiffness: {uncertainty_report.under_calibrated(law, 1)}"
         error = max(law.curve(branch).error for branch in law.branches)
         known = "" if math.isnan(error) else f"; interpolation error {100 * error:.2g} %"
         yield f"Resolved: {_range(law)}{known}"

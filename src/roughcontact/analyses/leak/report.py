@@ -12,7 +12,7 @@ import numpy as np
 
 from roughcontact.analyses.leak.figures import flow_factors, leak
 from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, Leakage, flow_of
-from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
+from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report
 from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.series import relative_change
@@ -295,7 +295,7 @@ def _interval(result: Leakage, axis: int) -> Interval:
     change = math.nan if base is None else relative_change(base, flow_of(result.steps[-1])[axis])
     draws = result.draws[axis:][:1]
     name = f"permeability_{AXES[axis]}"
-    return uncertainty.joint_interval(result, name, value, axis, coarser, *draws, base=change)
+    return uncertainty_report.joint_interval(result, name, value, axis, coarser, *draws, base=change)
 
 
 def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
@@ -339,7 +339,7 @@ def _class(result: Leakage) -> str:
 def _with_interval(result: Leakage, axis: int) -> str:
     """Return the leak rate or the permeability along an axis, with its interval."""
     form = "{:.3g} m³".format if result.seal is None else _rate_of(result, axis)
-    return f"{uncertainty.with_interval(_interval(result, axis), form)} along {AXES[axis]}"
+    return f"{uncertainty_report.with_interval(_interval(result, axis), form)} along {AXES[axis]}"
 
 
 def _number_columns(result: Leakage) -> dict[str, list[str]]:
@@ -478,8 +478,8 @@ class LeakagePresentation(Presentation):
         flowing = [axis for axis in result.axes if _flows(result, axis)]
         for axis in flowing[:1]:
             if result.calibrated is not None:
-                yield f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
-            yield uncertainty.sources(_interval(result, axis), hint=False)
+                yield f"Along {AXES[axis]}: {uncertainty_report.under_calibrated(result, axis)}"
+            yield uncertainty_report.sources(_interval(result, axis), hint=False)
         yield from phrases.draws_text(result.draws)
         yield phrases.status(result.largest)
 

@@ -14,7 +14,7 @@ from roughcontact._version import __version__
 from roughcontact.analyses.roll import figures as plots
 from roughcontact.analyses.roll.formats import ROLLING_FORMATS
 from roughcontact.analyses.roll.model import RollingResult, Shakedown, to_dataset
-from roughcontact.analyses.solve import volume_report as elastoplastic
+from roughcontact.analyses.solve import volume_report
 from roughcontact.elastoplastic import plausibility
 from roughcontact.references import make_use
 from roughcontact.report import assumptions, citations, figures, phrases
@@ -280,18 +280,18 @@ class RollingPresentation(Presentation):
     def inputs(self) -> list[Block]:
         """Return the blocks on maps, bodies and load."""
         rolling = self.result
-        state = elastoplastic.VolumePresentation(rolling.result).rows(PROBLEM)
+        state = volume_report.VolumePresentation(rolling.result).rows(PROBLEM)
         kept = [row for row in state if row.key not in ("turns", "increments")]
         specified = [*self.rows(PROBLEM), *kept]
-        return elastoplastic.inputs_of(rolling.result, specified, self.is_drawn)
+        return volume_report.inputs_of(rolling.result, specified, self.is_drawn)
 
     def method(self) -> Iterator[str]:
         """Yield the paragraphs on the volume model."""
-        return elastoplastic.VolumePresentation(self.result.result).method()
+        return volume_report.VolumePresentation(self.result.result).method()
 
     def trust_blocks(self, checked: Sequence[str] | None = None) -> list[Block]:
         """Return the accuracy of the last state, and the performed checks."""
-        state = elastoplastic.VolumePresentation(self.result.result)
+        state = volume_report.VolumePresentation(self.result.result)
         return [*state.trust_blocks(()), *super().trust_blocks(checked)]
 
     def checks(self) -> tuple[str, ...]:
@@ -306,11 +306,11 @@ class RollingPresentation(Presentation):
 
     def case(self) -> assumptions.Case:
         """Return the case of the last state."""
-        return elastoplastic.VolumePresentation(self.result.result).case()
+        return volume_report.VolumePresentation(self.result.result).case()
 
     def script(self) -> tuple[str, str]:
         """Return a script that repeats the path of loads."""
-        return elastoplastic.VolumePresentation(self.result.result).script()
+        return volume_report.VolumePresentation(self.result.result).script()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the passes as CSV or JSON, or the last state."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact._tools import memory as limits
+from roughcontact._tools import memory
 from roughcontact.analyses.roll.formats import ROLLING_FORMATS
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 PASSES = Option(
     "passes",
-    parsing.int_parser(1, limits.STEPS),
+    parsing.int_parser(1, memory.STEPS),
     "Maximum number of passes (forward and back are two); default: 5.",
     5,
 )
-STEPS = Option("steps", parsing.int_parser(1, limits.STEPS), "Positions per pass; default: 32.", 32)
+STEPS = Option("steps", parsing.int_parser(1, memory.STEPS), "Positions per pass; default: 32.", 32)
 TRAVEL = Option.value(
     "travel", LENGTH, 'Travel per pass, centered: "80 um"; default: one period of the map.'
 )

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact.analyses.estimate import fields as formulas
-from roughcontact.analyses.solve import hertz_fields as hertz_comparison
+from roughcontact.analyses.solve import hertz_fields
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.spots import Spots
@@ -222,7 +222,7 @@ CONTACT = (
     Quantity("calibrated"),
     Quantity("uncertainty", of="measurement"),
     *formulas.BY_FORMULA,
-    Quantity("hertz", of=hertz_comparison.record),
+    Quantity("hertz", of=hertz_fields.record),
     *CAUTIONS,
     Quantity("shape", of="surface.shape"),
     Quantity("pixel", "[m]", of="surface.pixel"),

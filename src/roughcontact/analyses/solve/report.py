@@ -16,11 +16,7 @@ import numpy as np
 
 from roughcontact._tools.netcdf import Dataset
 from roughcontact.analyses.estimate import fields as formulas
-from roughcontact.analyses.solve import (
-    fields as contact_fields,
-    hertz_fields as hertz_comparison,
-    uncertainty_report as uncertainty,
-)
+from roughcontact.analyses.solve import fields as contact_fields, hertz_fields, uncertainty_report
 from roughcontact.contact import archive
 from roughcontact.contact.hertz_comparison import comparison_limits, is_beyond_map, is_unresolved
 from roughcontact.contact.nominal_hertz import is_smooth
@@ -95,9 +91,9 @@ def spot_rows(result: ContactResult) -> list[Cells]:
 def hertz_blocks(result: ContactResult) -> list[Block]:
     """Return the blocks that compare with Hertz; none without nominal bodies."""
     contact = result.hertz
-    if contact is None or not hertz_comparison.applies(result):
+    if contact is None or not hertz_fields.applies(result):
         return []
-    rows = [(capitalize_first(name), *texts) for name, *texts in hertz_comparison.rows(result)]
+    rows = [(capitalize_first(name), *texts) for name, *texts in hertz_fields.rows(result)]
     picture = Picture(
         partial(versus_hertz, result),
         "Mean and maximum pressure over the distance from the middle, and that of the smooth "
@@ -106,11 +102,8 @@ def hertz_blocks(result: ContactResult) -> list[Block]:
     )
     return [
         Block("head", "Compared with the smooth bodies (Hertz)"),
-        Block(
-            "small",
-            f"{capitalize_first(hertz_comparison.bodies(contact))}. {hertz_comparison.SIZE}",
-        ),
-        Block("aside", (picture, [PageTable(rows, ("", *hertz_comparison.heads(result)[1:]))])),
+        Block("small", f"{capitalize_first(hertz_fields.bodies(contact))}. {hertz_fields.SIZE}"),
+        Block("aside", (picture, [PageTable(rows, ("", *hertz_fields.heads(result)[1:]))])),
         *(Block("small", page.as_sentence(limit.text)) for limit in comparison_limits(result)),
     ]
 
@@ -285,8 +278,8 @@ class ContactPresentation(Presentation):
             return "No solution: do not use these numbers."
         if not result.contact_area:
             return "The bodies do not touch."
-        interval = uncertainty.area_interval(result, self.study)
-        smooth = result.hertz if hertz_comparison.applies(result) else None
+        interval = uncertainty_report.area_interval(result, self.study)
+        smooth = result.hertz if hertz_fields.applies(result) else None
         if smooth is not None:
             return _hertz_comparison(result, smooth.area, interval)
         what = "profile" if result.pair.is_profile else "face"
@@ -300,9 +293,9 @@ class ContactPresentation(Presentation):
         if not result.contact_area:
             return (), [("Load", format_short(result.load, result.pair.load_unit))]
         if result.measurement is not None:
-            return uncertainty.CORRECTED, uncertainty.corrected_rows(result)
-        if hertz_comparison.applies(result):
-            return hertz_comparison.heads(result), hertz_comparison.rows(result)
+            return uncertainty_report.CORRECTED, uncertainty_report.corrected_rows(result)
+        if hertz_fields.applies(result):
+            return hertz_fields.heads(result), hertz_fields.rows(result)
         unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
         nominal = format_short(result.nominal_area, unit)
         area = f"{format_short(result.contact_area, unit)} of {nominal}"
@@ -332,10 +325,10 @@ class ContactPresentation(Presentation):
         """Yield the sources of the interval, the calibrated results, and the status."""
         result = self.result
         if result.converged:
-            interval = uncertainty.area_interval(result, self.study) if result.load else None
+            interval = uncertainty_report.area_interval(result, self.study) if result.load else None
             if interval is not None:
-                hint = uncertainty.is_correctable(result)
-                yield uncertainty.sources(interval, instrument=hint)
+                hint = uncertainty_report.is_correctable(result)
+                yield uncertainty_report.sources(interval, instrument=hint)
             if result.measurement is not None:
                 yield from result.measurement.remarks
         yield phrases.status(result)
@@ -414,37 +407,37 @@ class ContactPresentation(Presentation):
         result, study = self.result, self.study
         if not (result.converged and result.load):
             return []
-        measured, known = result.measurement, uncertainty.intervals_by_key(result, study)
+        measured, known = result.measurement, uncertainty_report.intervals_by_key(result, study)
         rows = [
             (capitalize_first(name), interval, causes)
-            for name, interval, causes in uncertainty.uncertainty_rows(result, study)
+            for name, interval, causes in uncertainty_report.uncertainty_rows(result, study)
             if interval in known.values()
         ]
         head = "interval" if measured is None else "95 % interval"
         blocks = chapters.table(rows, ("quantity", head, "contributions"))
-        blocks += uncertainty.budget_block(result, study)
+        blocks += uncertainty_report.budget_block(result, study)
         others = [
             quantity_of(self.own("table"), key).name for key in QUANTITIES if key not in known
         ]
         if measured is not None:
-            blocks.append(Block("small", uncertainty.measurement_text(measured)))
+            blocks.append(Block("small", uncertainty_report.measurement_text(measured)))
             blocks += [Block("small", remark) for remark in measured.remarks]
         else:
             hint = (
                 ""
                 if study is not None
-                else f" The pixel was not studied ({uncertainty.STUDY_REF})."
+                else f" The pixel was not studied ({uncertainty_report.STUDY_REF})."
             )
-            if uncertainty.is_correctable(result):
-                hint += f" The instrument was not given ({uncertainty.INSTRUMENT_REF})."
+            if uncertainty_report.is_correctable(result):
+                hint += f" The instrument was not given ({uncertainty_report.INSTRUMENT_REF})."
             text = Sentence(f"No interval is known of: {', '.join(others)}.{hint}")
             blocks.append(Block("small", text))
         formula = chapters.cells(rows_of(formulas.BY_FORMULA, result))
         blocks += chapters.table([(name, text) for name, text, _ in formula])
         if study is not None:
             blocks += [Block("text", " ".join(study.sentences))]
-            blocks += uncertainty.StudyPresentation(study).steps()
-        return [*blocks, Block("small", uncertainty.NOT_INCLUDED)]
+            blocks += uncertainty_report.StudyPresentation(study).steps()
+        return [*blocks, Block("small", uncertainty_report.NOT_INCLUDED)]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write maps or quantities; the suffix selects the format."""

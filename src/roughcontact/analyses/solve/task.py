@@ -158,14 +158,14 @@ def _check(request: Request) -> None:
 def record(outcome: Outcome) -> dict[str, Any]:
     """Return all quantities of a contact by name, in SI units."""
     from roughcontact.formats import tables
-    from roughcontact.uncertainty import intervals as uncertainty
+    from roughcontact.uncertainty import intervals
 
     record = tables.result_record(outcome.result)
     study = outcome.extras.get(STUDY.name)
     if study is not None:
         record["study"] = study.summary()
     if outcome.contact is not None and outcome.result is outcome.contact:
-        result = uncertainty.uncertainty_intervals(outcome.contact, study)
+        result = intervals.uncertainty_intervals(outcome.contact, study)
         record["intervals"] = {interval.name: interval.summary() for interval in result}
     return record
 

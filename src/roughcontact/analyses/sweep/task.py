@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 from dataclasses import replace
 from typing import Any
 
-from roughcontact._tools import memory as limits
+from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import measurement, options, parsing
 from roughcontact.request.options import NEEDED, TABLES, Option, Rule
@@ -27,7 +27,7 @@ FROM = Option.value(
     'First load or approach: "10 mN", "1 MPa", "hertz 0.5 GPa" or "0.1 um".',
 )
 TO = Option.value("to", parsing.load_or_approach, "Last load or approach, in the same form.")
-STEPS = Option("steps", parsing.int_parser(2, limits.STEPS), "Number of loads; default: 13.", 13)
+STEPS = Option("steps", parsing.int_parser(2, memory.STEPS), "Number of loads; default: 13.", 13)
 SPACING = Option(
     "spacing",
     parsing.choice("log", "linear"),
