@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from measuring import EVIDENCE, ROOT, make_parser, markdown, write_parts
-from roughcontact.surface.roughness import radial_spectrum
+from roughcontact.surface.spectrum import radial_spectrum
 from roughcontact.uncertainty.resolution import limits
 
 Array = NDArray[np.float64]

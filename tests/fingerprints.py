@@ -22,7 +22,7 @@ from roughcontact.elastoplastic import solve as volume_solve
 from roughcontact.halfspace import fft
 from roughcontact.material.hardening import Perfect
 from roughcontact.solvers import rigid_tilt
-from roughcontact.surface import random_surfaces, roughness
+from roughcontact.surface import random_surfaces, spectrum
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 
@@ -65,7 +65,7 @@ def prepared():
     grid = rc.Surface(np.zeros((120, 130)), (1.5e-6, 1.5e-6))
     yield "aligned", surface.aligned(grid, angle=12.0).heights
     yield "roughness", list(surface.roughness().values())
-    yield "spectrum", np.concatenate(roughness.radial_spectrum(surface.heights, surface.pixel))
+    yield "spectrum", np.concatenate(spectrum.radial_spectrum(surface.heights, surface.pixel))
 
 
 def pressed():

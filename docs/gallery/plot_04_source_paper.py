@@ -24,7 +24,7 @@ import numpy as np
 
 import roughcontact as rc
 from roughcontact import plots
-from roughcontact.surface import roughness
+from roughcontact.surface import spectrum
 
 POINTS = 1024
 
@@ -35,7 +35,7 @@ surface = rc.Surface(heights, pixel)
 figure = plots.surface(surface)
 
 # %%
-wave_number, density, _ = roughness.radial_spectrum(heights, pixel)
+wave_number, density, _ = spectrum.radial_spectrum(heights, pixel)
 q = wave_number / (2 * np.pi)
 filled = q < POINTS / 8 / side
 figure_spectrum, axes = plt.subplots(figsize=(6.5, 3.8), layout="constrained")

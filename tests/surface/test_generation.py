@@ -22,7 +22,7 @@ from roughcontact.surface import (
     generation as marks,
     provenance,
     random_surfaces,
-    roughness,
+    spectrum,
 )
 from roughcontact.surface.random_surfaces import Spectrum
 from roughcontact.theory import height_distribution
@@ -69,7 +69,7 @@ def test_generated_map_has_requested_parameters(asked: dict[str, Any]) -> None:
 def test_map_with_requested_parameters_is_not_corrected() -> None:
     spectrum_asked = Spectrum(SMALL, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
     heights = make_map(Str=0.5).heights
-    Sal, Str, _ = roughness.texture(heights, PIXEL)
+    Sal, Str, _ = spectrum.texture(heights, PIXEL)
     asked = generation._RequestedParameters(
         0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, (0.0, 3.0), None
     )
@@ -99,7 +99,7 @@ def test_a_generator_draws_the_seed_that_is_recorded() -> None:
 @pytest.mark.long
 def test_the_spectrum_is_flat_then_falls_then_ends() -> None:
     surface = make_map((256, 256), Sal=None, rolloff_wavelength=32e-6, hurst=0.6, Ssk=-1.0)
-    q, power, _ = roughness.radial_spectrum(surface.heights, PIXEL)
+    q, power, _ = spectrum.radial_spectrum(surface.heights, PIXEL)
     waves_per_metre = q / (2 * np.pi)
     flat = waves_per_metre < 0.9 / 32e-6
     sloped = (waves_per_metre > 1.2 / 32e-6) & (waves_per_metre < 0.9 / 8e-6)

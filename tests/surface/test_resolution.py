@@ -11,7 +11,7 @@ from roughcontact import units
 from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.errors import ArgumentRef, InputError, message_parts
 from roughcontact.request.preparation import resolution_cautions
-from roughcontact.surface import filters, grid, random_surfaces, resolution, roughness
+from roughcontact.surface import filters, grid, random_surfaces, resolution, spectrum
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
@@ -154,7 +154,7 @@ def test_noise_is_found_where_it_equals_the_surface(
     seed: int, wave: float, part: tuple[slice, slice]
 ) -> None:
     heights = rough(seed, shortest=2.0000001)
-    q, C, _ = roughness.radial_spectrum(heights, PIXEL)
+    q, C, _ = spectrum.radial_spectrum(heights, PIXEL)
     near = np.abs(np.log(q * wave * NM / (2 * math.pi))) < 0.2
     # White noise of RMS height σ has the density σ² Δx Δy.
     sigma = math.sqrt(np.mean(C[near]) / (PIXEL[0] * PIXEL[1]))

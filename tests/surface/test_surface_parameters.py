@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from maps import gaussian_map
-from roughcontact.surface import grid, roughness
+from roughcontact.surface import grid, spectrum
 from roughcontact.surface.surface import Surface, summary
 
 LENGTHS = {
@@ -112,10 +112,10 @@ def test_summary_of_a_flat_map() -> None:
 def test_summary_does_not_depend_on_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = small_map(11, holes=True)
     whole = summary(heights, (1.0, 2.0))
-    shells = roughness.radial_spectrum(small_map(11, holes=False), (1.0, 2.0))
+    shells = spectrum.radial_spectrum(small_map(11, holes=False), (1.0, 2.0))
     monkeypatch.setattr(grid, "VALUES", 17 * 5)
     assert summary(heights, (1.0, 2.0)) == pytest.approx(whole, rel=1e-12, abs=1e-14)
-    blocked = roughness.radial_spectrum(small_map(11, holes=False), (1.0, 2.0))
+    blocked = spectrum.radial_spectrum(small_map(11, holes=False), (1.0, 2.0))
     for one, other in zip(shells, blocked, strict=True):
         assert one == pytest.approx(other, rel=1e-12)
 

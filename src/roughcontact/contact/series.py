@@ -16,7 +16,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, InputError, Part, input_error
 from roughcontact.material.material import Material
 from roughcontact.result import Result
-from roughcontact.surface import roughness
+from roughcontact.surface import spectrum
 from roughcontact.units import Quantity, format_engineering, format_lengths, to_si
 
 Step = TypeVar("Step")
@@ -204,7 +204,7 @@ def window_of(pair: Pair) -> tuple[Window | None, float]:
     free = pair.boundary.free_axes
     if not free:
         return None, 0.0
-    length, _, _ = roughness.texture(pair.initial_gap, pair.pixel)
+    length, _, _ = spectrum.texture(pair.initial_gap, pair.pixel)
     rim = RIM * length
     slices = [slice(0, points) for points in pair.shape]
     for axis in free:

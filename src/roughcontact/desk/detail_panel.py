@@ -38,7 +38,7 @@ from roughcontact.drawing.style import (
 from roughcontact.errors import InputError
 from roughcontact.report import inputs
 from roughcontact.report.kind import rows_of
-from roughcontact.surface.roughness import radial_spectrum
+from roughcontact.surface.spectrum import radial_spectrum
 from roughcontact.surface.surface import Surface
 from roughcontact.units import count_noun, format_engineering, format_lengths, plain_decimal
 

@@ -21,8 +21,9 @@ from roughcontact.surface import grid, random_surfaces
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.random_surfaces import Spectrum, with_gradient
-from roughcontact.surface.roughness import rms_height, texture
+from roughcontact.surface.roughness import rms_height
 from roughcontact.surface.shapes import require_grid
+from roughcontact.surface.spectrum import texture
 from roughcontact.surface.surface import Surface, summary
 from roughcontact.theory import height_distribution
 from roughcontact.units import Quantities, Quantity, to_si

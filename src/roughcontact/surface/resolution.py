@@ -53,7 +53,7 @@ from roughcontact.errors import (
 from roughcontact.surface import grid
 from roughcontact.surface.cleaning import largest_rectangle
 from roughcontact.surface.form import level
-from roughcontact.surface.roughness import radial_spectrum
+from roughcontact.surface.spectrum import radial_spectrum
 
 
 class LimitCause(StrEnum):

@@ -18,7 +18,17 @@ from roughcontact._tools.arguments import set_fields, validate_public_methods
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
 from roughcontact.result import Displayable
-from roughcontact.surface import alignment, cleaning, filters, grid as grids, resolution, roughness
+from roughcontact.surface import (
+    alignment,
+    cleaning,
+    filters,
+    grid as grids,
+    material_ratio,
+    profile_roughness,
+    resolution,
+    roughness,
+    spectrum,
+)
 from roughcontact.surface.form import level, remove_form
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, to_si
@@ -27,8 +37,8 @@ from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, t
 def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     """Return the parameters of ISO 25178-2, by the symbols of the standard and in SI units."""
     require_pixel(pixel)
-    sal, ratio, largest = roughness.texture(heights, pixel)
-    curve = roughness.material_ratio_curve(heights)
+    sal, ratio, largest = spectrum.texture(heights, pixel)
+    curve = material_ratio.material_ratio_curve(heights)
     return {
         **roughness.height_parameters(heights),
         "Sdq": roughness.rms_gradient(heights, pixel),
@@ -36,11 +46,11 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
         "Sal": sal,
         "Str": ratio,
         "Str_max": largest,
-        "Std": roughness.lay_direction(heights, pixel),
+        "Std": spectrum.lay_direction(heights, pixel),
         "m": roughness.mean_slope(heights, pixel),
-        **roughness.core_parameters(*curve),
-        **roughness.height_differences(*curve),
-        **roughness.volume_parameters(*curve),
+        **material_ratio.core_parameters(*curve),
+        **material_ratio.height_differences(*curve),
+        **material_ratio.volume_parameters(*curve),
     }
 
 
@@ -145,10 +155,10 @@ class Surface(Displayable):
             ``Sxp``, ``Sdc``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``, and ``m``, the mean absolute slope
             along a profile: see `roughcontact.surface.surface.summary`. The map is neither leveled
             nor filtered; missing points are excluded. For a profile ``Pq``, ``Pa``, ``Pt`` and
-            others of ISO 21920-2: see `roughcontact.surface.roughness.summary`.
+            others of ISO 21920-2: see `roughcontact.surface.profile_roughness.summary`.
         """
         if self.is_profile:
-            return roughness.summary(self.heights[0], self.pixel[1], profile="P")
+            return profile_roughness.summary(self.heights[0], self.pixel[1], profile="P")
         return summary(self.heights, self.pixel)
 
     def material_ratio(self, height: Quantity) -> float:
@@ -165,7 +175,7 @@ class Surface(Displayable):
             Share of the valid points above the height, from 0 to 1.
         """
         c = to_si(height, "length", "height")
-        return roughness.ratio_at(*roughness.material_ratio_curve(self.heights), c)
+        return material_ratio.ratio_at(*material_ratio.material_ratio_curve(self.heights), c)
 
     def height_at_ratio(self, ratio: float) -> float:
         """Return the height at a material ratio, Smc(mr).
@@ -187,7 +197,7 @@ class Surface(Displayable):
         """
         if not 0 <= ratio <= 1:
             raise input_error("ratio", ratio, "must be between 0 and 1")
-        return float(np.interp(ratio, *roughness.material_ratio_curve(self.heights)))
+        return float(np.interp(ratio, *material_ratio.material_ratio_curve(self.heights)))
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
         """Return the texts of the `resolution_limits` of the map."""

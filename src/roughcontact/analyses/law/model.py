@@ -39,7 +39,7 @@ from roughcontact.contact.stiffness import local_stiffness
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.material.material import Conductor
 from roughcontact.result import Result
-from roughcontact.surface import roughness
+from roughcontact.surface import roughness, spectrum
 from roughcontact.theory import persson
 from roughcontact.units import Quantity, to_si
 
@@ -840,7 +840,7 @@ def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
             gap *= taper[:, None] if axis == 0 else taper
         gap -= gap.mean()
         gap *= math.sqrt(variance / gap.var())
-    q, density, waves = roughness.radial_spectrum(gap, pair.pixel)
+    q, density, waves = spectrum.radial_spectrum(gap, pair.pixel)
     area = gap.size * pair.pixel_area
     return {"wave_numbers": q, "variances": density * waves / area}
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughcontact.surface.roughness import lay_direction
+from roughcontact.surface.spectrum import lay_direction
 
 Y, X = np.mgrid[:128, :128].astype(float)
 
