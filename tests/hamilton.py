@@ -59,7 +59,7 @@ def sliding_sphere(x, y, z, poisson, friction):
     def omega(by):
         return potential(2, by)
 
-    # The formulas of `kernels.uniform_pressure` and `shares_of_parts`.
+    # The formulas of `stress_kernels.uniform_pressure` and `shares_of_parts`.
     k = 1 - 2 * poisson
     pressed = [
         2 * poisson * v("z") - z * v("xx") - k * chi("xx"),

@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import convolve
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import fft, kernels, stress, stress_summary, tensors
+from roughcontact.halfspace import fft, stress, stress_kernels, stress_summary, tensors
 
 PIXEL = (0.8, 1.3)
 ODD = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
@@ -26,10 +26,10 @@ def direct(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     """Sum over all pairs of pixels; no transform."""
     ny, nx = pressure.shape
     pulls = {"x": friction * math.cos(direction), "y": friction * math.sin(direction)}
-    normal = kernels.stress_coefficients(pressure.shape, pixel, depth, poisson)
+    normal = stress_kernels.stress_coefficients(pressure.shape, pixel, depth, poisson)
     tables = [all_offsets(normal[n], odd) for n, odd in enumerate(ODD)]
     for axis, share in pulls.items():
-        pulled = kernels.stress_coefficients(pressure.shape, pixel, depth, poisson, axis)
+        pulled = stress_kernels.stress_coefficients(pressure.shape, pixel, depth, poisson, axis)
         for n, (y, x) in enumerate(ODD):
             odd = (y ^ (axis == "y"), x ^ (axis == "x"))
             tables[n] = tables[n] + share * all_offsets(pulled[n], odd)
@@ -46,7 +46,7 @@ def waves(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     (ny, nx), (dy, dx) = pressure.shape, pixel
     ky, kx = np.fft.fftfreq(ny, dy) * 2 * np.pi, np.fft.fftfreq(nx, dx) * 2 * np.pi
     pulls = [("x", friction * math.cos(direction)), ("y", friction * math.sin(direction))]
-    parts = np.array(kernels.waves(ky[:, None], kx, depth, poisson, pulls))
+    parts = np.array(stress_kernels.waves(ky[:, None], kx, depth, poisson, pulls))
     found = np.zeros((6, ny, nx))
     for load, flip in enumerate([(0, 0), (0, 1), (1, 0)]):
         for n, (y, x) in enumerate(ODD):

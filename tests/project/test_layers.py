@@ -47,6 +47,12 @@ def test_layers_have_no_import_cycles() -> None:
         done |= ready
 
 
+def test_modules_have_no_section_comments() -> None:
+    # A second subject is a second module.
+    marked = [path for path in PACKAGE.rglob("*.py") if "\n# ---" in path.read_text("utf-8")]
+    assert marked == []
+
+
 LONGEST_MODULE, LONGEST_FUNCTION, LONGEST_CODE = 1000, 70, 55
 
 # Functions that are longer, by module and name, each with the reason why taking them apart would

@@ -14,7 +14,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array, Shape
-from roughcontact.halfspace import kernels
+from roughcontact.halfspace import stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import waves_below
 from roughcontact.halfspace.fft import Workspace, free_period
@@ -219,12 +219,12 @@ class _Waves:
         parts = np.stack([along, poisson * (along + normal), normal, shear])
         if long is None:
             return cls(waves, parts, (-poisson / (1 - poisson), -1.0))
-        own = kernels.waves(np.zeros((1, 1)), limited, depth, poisson, [])
+        own = stress_kernels.waves(np.zeros((1, 1)), limited, depth, poisson, [])
         parts -= np.concatenate([own[XX], own[YY], own[ZZ], own[XZ]])
         return cls(waves, parts, (0.0, 0.0))
 
     def components(self, qy: Array, qx: Array) -> Array:
-        """Return xx, yy, zz, yz, xz, xy in the convention of `kernels.waves`."""
+        """Return xx, yy, zz, yz, xz, xy in the convention of `stress_kernels.waves`."""
         q = np.hypot(qy, qx)
         still = q == 0
         at, logs = np.log(np.where(still, 1.0, q)), np.log(self.waves)

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arrays import Array, Shape
 from roughcontact.errors import InputError, input_error, require_choice, require_pixel
-from roughcontact.halfspace import fft, kernels
+from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, free_period
 
@@ -391,7 +391,7 @@ def field_of(
     their ends have no effect.
     """
     require_pixel(pixel)
-    kernels.require_poisson(poisson)
+    stress_kernels.require_poisson(poisson)
     source = _checked_source(pressure)
     boundary = Boundary(boundary)
     if source.shape[0] == 1 and boundary is Boundary.PERIODIC_Y:
@@ -504,18 +504,18 @@ class UnitLoads:
         """Return the kernels that `sample_pixels` and `sample_points` yield."""
         if not self.pulls:
             return [Term(odd, [(number, 1.0)]) for number, odd in enumerate(_ODD_COMPONENTS)]
-        shares: list[list[tuple[int, float]]] = [[] for _ in kernels.PARTS_ODD]
+        shares: list[list[tuple[int, float]]] = [[] for _ in stress_kernels.PARTS_ODD]
         for source in range(1 + self.pulls[-1][2]):
             pulls = [(axis, share) for axis, share, of in self.pulls if of == source]
-            parts = kernels.shares_of_parts(self.poisson, float(not source), pulls)
+            parts = stress_kernels.shares_of_parts(self.poisson, float(not source), pulls)
             for found, part in zip(shares, parts, strict=True):
                 found += [
                     (len(_ODD_COMPONENTS) * source + number, factor) for number, factor in part
                 ]
-        return [Term(*term) for term in zip(kernels.PARTS_ODD, shares, strict=True)]
+        return [Term(*term) for term in zip(stress_kernels.PARTS_ODD, shares, strict=True)]
 
     def wave_terms(self) -> list[Term]:
-        """Return the terms of `kernels.waves`: of the pressure, then of each traction."""
+        """Return the terms of `stress_kernels.waves`: of the pressure, then of each traction."""
         flips = [(0, False, False), *((of, axis == "y", axis == "x") for axis, _, of in self.pulls)]
         return [
             Term((odd[0] != in_y, odd[1] != in_x), [(len(_ODD_COMPONENTS) * source + number, 1.0)])
@@ -526,20 +526,20 @@ class UnitLoads:
     def waves(self, qy: Array, qx: Array, z: float) -> list[Array]:
         """Return the symbols of `wave_terms` at a depth."""
         pulls = [(axis, share) for axis, share, _ in self.pulls]
-        return kernels.waves(qy, qx, z, self.poisson, pulls)
+        return stress_kernels.waves(qy, qx, z, self.poisson, pulls)
 
     def sample_pixels(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
         """Yield kernels of the stress under loads spread over the pixel at the origin."""
         y: Array = (np.append(rows, rows[-1] + 1) - 0.5) * self.pixel[0]
         x: Array = (np.append(columns, columns[-1] + 1) - 0.5) * self.pixel[1]
-        sample = kernels.uniform_parts if self.pulls else kernels.uniform_pressure
+        sample = stress_kernels.uniform_parts if self.pulls else stress_kernels.uniform_pressure
         return sample(x, y, z, self.poisson)
 
     def sample_points(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
         """Yield kernels of the stress under unit forces at the origin."""
         y = rows.astype(np.float64) * self.pixel[0]
         x = columns.astype(np.float64) * self.pixel[1]
-        sample = kernels.force_parts if self.pulls else kernels.normal_force
+        sample = stress_kernels.force_parts if self.pulls else stress_kernels.normal_force
         return sample(x, y, z, self.poisson)
 
 
@@ -785,11 +785,11 @@ def slices(
     Notes
     -----
     Free: pressure is constant on each pixel, and the stress at the pixel centers is exact
-    (`kernels.stress_coefficients`). In single precision, kernels that are smooth at their depth are
-    sampled at fewer points, which keeps the stress within 1e-6 of the largest pressure.
+    (`stress_kernels.stress_coefficients`). In single precision, kernels that are smooth at their
+    depth are sampled at fewer points, which keeps the stress within 1e-6 of the largest pressure.
 
     Periodic: pressure is the trigonometric polynomial through the pixel centers, and each of its
-    waves has its exact stress (`kernels.waves`). The mean pressure acts on a body that
+    waves has its exact stress (`stress_kernels.waves`). The mean pressure acts on a body that
     cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
     """
     workspace = Workspace(workers)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import require_positive
-from roughcontact.halfspace import fft, kernels
+from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import (
@@ -370,11 +370,11 @@ def _between_pixels(contact: Sliding, pressure: float, pulls: Sequence[tuple[str
     edges: Array = np.arange(-_REACH, _REACH + 2, dtype=np.float64) - 0.5
     qy: Array = 2 * math.pi * fft.frequencies(_PERIOD, dy)[:, None]
     qx: Array = 2 * math.pi * fft.half_frequencies(_PERIOD, dx)
-    waves = kernels.waves(qy, qx, 0.0, contact.poisson, pulls)
+    waves = stress_kernels.waves(qy, qx, 0.0, contact.poisson, pulls)
     x: Array = edges * dx
     y: Array = edges * dy
-    parts = kernels.uniform_parts(x, y, 0.0, contact.poisson)
-    pixels = kernels.sum_parts(parts, contact.poisson, pressure, pulls)
+    parts = stress_kernels.uniform_parts(x, y, 0.0, contact.poisson)
+    pixels = stress_kernels.sum_parts(parts, contact.poisson, pressure, pulls)
     difference = np.empty((3, offsets.size, offsets.size))
     for result, component in zip(difference, _IN_PLANE, strict=True):
         # Under pressure xy is odd in both directions; a traction makes each odd in one of them.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import kernels
+from roughcontact.halfspace import stress_kernels
 from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, ZZ
 
 PIXEL = (0.8, 1.3)
@@ -64,7 +64,7 @@ POINT = {"z": boussinesq, "x": cerruti, "y": cerruti_y}
 @pytest.mark.parametrize("depth", [0.4, 1.0, 7.0])
 def test_rectangle_is_the_integral_of_points(direction, poisson, depth):
     (dy, dx), shape = PIXEL, (4, 5)
-    found = kernels.stress_coefficients(shape, PIXEL, depth, poisson, direction)
+    found = stress_kernels.stress_coefficients(shape, PIXEL, depth, poisson, direction)
     for row, column in np.ndindex(shape):
         y = (row * dy + dy / 2 * NODES)[:, None]
         x = column * dx + dx / 2 * NODES
@@ -81,15 +81,15 @@ def test_points_are_those_of_the_textbook(poisson):
     for depth in (0.2, 1.0, 30.0):
         for direction, point in POINT.items():
             if direction == "z":
-                parts = kernels.normal_force(x, y, depth, poisson)
+                parts = stress_kernels.normal_force(x, y, depth, poisson)
             else:
-                parts = kernels.force_parts(x, y, depth, poisson)
-                parts = kernels.sum_parts(parts, poisson, 0.0, [(direction, 1.0)])
+                parts = stress_kernels.force_parts(x, y, depth, poisson)
+                parts = stress_kernels.sum_parts(parts, poisson, 0.0, [(direction, 1.0)])
             expected = point(x[:, None], y, depth, poisson)
             # (1 - z/ρ)/r² of the textbook cancels by (z/r)² far below.
             atol = 1e-15 * (1 + depth**2) * np.abs(expected).max()
             np.testing.assert_allclose(np.array(list(parts)), expected, rtol=1e-13, atol=atol)
-    on_axis = np.array(list(kernels.normal_force(np.zeros(1), np.zeros(1), 2.0, poisson)))
+    on_axis = np.array(list(stress_kernels.normal_force(np.zeros(1), np.zeros(1), 2.0, poisson)))
     # -3/(2π z²) below the force, (1-2ν)/(4π z²) across.
     assert on_axis[ZZ, 0, 0] == pytest.approx(-3 / (8 * math.pi))
     assert on_axis[XX, 0, 0] == pytest.approx((1 - 2 * poisson) / (16 * math.pi))
@@ -98,10 +98,10 @@ def test_points_are_those_of_the_textbook(poisson):
 @pytest.mark.parametrize("direction", "zxy")
 def test_surface_is_the_limit(direction):
     shape = (5, 6)
-    surface = kernels.stress_coefficients(shape, PIXEL, 0.0, 0.3, direction)
+    surface = stress_kernels.stress_coefficients(shape, PIXEL, 0.0, 0.3, direction)
     assert np.isfinite(surface).all()
     for depth in (1e-6, 1e-9, 1e-12, 1e-200):
-        near = kernels.stress_coefficients(shape, PIXEL, depth, 0.3, direction)
+        near = stress_kernels.stress_coefficients(shape, PIXEL, depth, 0.3, direction)
         # The stress grows linearly with depth, by a few per pixel.
         np.testing.assert_allclose(near, surface, rtol=0, atol=10 * depth + 1e-14)
     # Only the loaded pixel carries the traction.
@@ -122,7 +122,7 @@ def test_waves_are_in_equilibrium(axis):
     flip = {None: (0, 0), "x": (0, 1), "y": (1, 0)}[axis]
 
     def stress(z):
-        parts = kernels.waves(np.array([[qy]]), np.array([qx]), z, nu, pulls)[-6:]
+        parts = stress_kernels.waves(np.array([[qy]]), np.array([qx]), z, nu, pulls)[-6:]
         turns = [(-1j) ** ((a ^ flip[0]) + (b ^ flip[1])) for a, b in odd]
         return np.array([turn * part[0, 0] for turn, part in zip(turns, parts, strict=True)])
 
@@ -147,7 +147,7 @@ def test_waves_are_in_equilibrium(axis):
 
 def test_waves_of_a_uniform_load():
     origin = np.zeros((1, 1)), np.zeros(1)
-    found = kernels.waves(*origin, 3.0, 0.25, [("x", 0.5), ("y", 0.2)])
+    found = stress_kernels.waves(*origin, 3.0, 0.25, [("x", 0.5), ("y", 0.2)])
     np.testing.assert_allclose(np.ravel(found[:6]), [-1 / 3, -1 / 3, -1, 0, 0, 0])
     np.testing.assert_allclose(np.ravel(found[6:12]), [0, 0, 0, 0, -0.5, 0], atol=0)
     np.testing.assert_allclose(np.ravel(found[12:]), [0, 0, 0, -0.2, 0, 0], atol=0)
@@ -166,4 +166,4 @@ def test_waves_of_a_uniform_load():
 def test_bad_arguments(change, message):
     good = {"shape": (2, 2), "pixel": (1.0, 1.0), "depth": 1.0, "poisson": 0.3, "direction": "z"}
     with pytest.raises(InputError, match=message):
-        kernels.stress_coefficients(**(good | change))
+        stress_kernels.stress_coefficients(**(good | change))
