@@ -238,9 +238,6 @@ def _sum(design: Array, coefficients: tuple[float, ...]) -> Array:
     return np.sum(design * np.array(coefficients), axis=1)
 
 
-# --- Stored formulas
-
-
 @dataclass(frozen=True)
 class Atlas:
     """Formulas, their domains, and the interval factor of measured maps."""
@@ -774,9 +771,6 @@ def _hardening(softer: Material | None) -> float | None:
     if isinstance(law, Linear):
         return float(law.modulus)
     return 0.0 if law is None or isinstance(law, Perfect) else None
-
-
-# --- Evaluation of the formulas
 
 
 def _estimated(
