@@ -20,7 +20,7 @@ from roughcontact._tools import memory, netcdf, processes
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.formats import metrology, readers, source, text_files
+from roughcontact.formats import content, metrology, readers, source, text_files
 from roughcontact.formats.source import (
     BoundedStream,
     Channel,
@@ -352,7 +352,7 @@ def _open_reader(path: Path, kind: str) -> Iterator[Any]:
             what = type(error).__name__
             if what in _OTHER_FORMAT:
                 raise FormatError(
-                    f"{path.name} is {source.describe_content(path)}, no whole file of the format "
+                    f"{path.name} is {content.describe_content(path)}, no whole file of the format "
                     f"{kind!r} ({one_line(error)}); give its {ArgumentRef('format')}, or export "
                     "the heights as .x3p, .sur or text"
                 ) from error

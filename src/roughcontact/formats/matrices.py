@@ -24,7 +24,7 @@ from roughcontact import units
 from roughcontact._tools import memory, netcdf
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.formats import source, text_files
+from roughcontact.formats import content, source, text_files
 from roughcontact.formats.source import (
     Channel,
     ReadOptions,
@@ -239,7 +239,7 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
 def _read_table(path: Path) -> tuple[Head, Array, tuple[str, ...], text_files.Trace | None]:
     """Return header, values and notes of a text of another program, and its profile, if any."""
     try:
-        with source.open_text(path, errors="replace") as stream:
+        with content.open_text(path, errors="replace") as stream:
             head = text_files.parse_head(path, _lines(path, stream))
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
@@ -415,7 +415,7 @@ def _name_file_in_errors(path: Path) -> Iterator[None]:
 def _head_of_text(path: Path) -> dict[str, str]:
     """Return the header of a text matrix; empty without a header of this package."""
     try:
-        with source.open_text(path, errors="replace") as stream:
+        with content.open_text(path, errors="replace") as stream:
             lines = _lines(path, stream)
             if next(lines, "").strip() != TEXT_MARK:
                 return {}
@@ -500,7 +500,7 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
     first, columns, room = 0, 0, 0
     delimiter: str | None = None
     try:
-        with source.open_text(path) as stream:
+        with content.open_text(path) as stream:
             for number, line in enumerate(_lines(path, stream), start=1):
                 ended = line.endswith("\n")
                 if number <= head:
@@ -675,7 +675,7 @@ def read_hdf5(path: Path, name: str, requested: ReadOptions) -> Surface:
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the matrices of real numbers in an HDF5 file."""
-    with source.hdf5_errors(path):
+    with content.hdf5_errors(path):
         stored = netcdf.check_hdf5(path)
         import h5py
 
@@ -693,7 +693,7 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
 def _values(path: Path, array: str) -> Any:
     import h5py
 
-    with source.hdf5_errors(path), h5py.File(path, "r") as file:
+    with content.hdf5_errors(path), h5py.File(path, "r") as file:
         return np.asarray(file[array][()])
 
 

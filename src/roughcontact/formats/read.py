@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.formats import (
     containers,
+    content,
     images,
     instruments,
     matrices,
@@ -20,7 +21,6 @@ from roughcontact.formats import (
     netcdf,
     no_data as codes,
     profile_records,
-    source,
     spreadsheets,
 )
 from roughcontact.formats.source import (
@@ -278,13 +278,13 @@ def _format_of(path: Path, wanted: str | None = None, piped: bool = False) -> In
         ),
         None,
     )
-    text = source.format_of(path, hinted)
+    text = content.format_of(path, hinted)
     for known in FORMATS:
         if known.name == text:
             return known
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(
-        f"{path.name} is {source.describe_content(path)}, and has the unknown suffix {suffix!r}; "
+        f"{path.name} is {content.describe_content(path)}, and has the unknown suffix {suffix!r}; "
         f"give {ArgumentRef('format')} or one of the known suffixes {suffixes}, .000 to .999"
     )
 

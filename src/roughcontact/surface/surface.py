@@ -29,7 +29,8 @@ from roughcontact.surface import (
     roughness,
     spectrum,
 )
-from roughcontact.surface.form import level, remove_form
+from roughcontact.surface.form import remove_form
+from roughcontact.surface.leveling import level
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, to_si
 
@@ -245,7 +246,7 @@ class Surface(Displayable):
         form : {"plane", "quadric", "mean", "robust", "three-point"}
             Form that is fitted to the valid points and subtracted: a least-squares plane, quadric
             or mean; a plane insensitive to outliers ("robust"); or the plane through three points.
-            See `form.level`.
+            See `leveling.level`.
         points : three pairs of int, optional
             Indices ``(y, x)`` of the points for "three-point".
 

@@ -12,8 +12,9 @@ import pytest
 from hypothesis import example, given, settings, strategies as st
 
 import roughcontact as rc
-from roughcontact.analyses.find import model as load_search
-from roughcontact.analyses.find.model import ACCURACY, SHARE_ACCURACY
+from roughcontact.analyses.find import crossing, model as load_search
+from roughcontact.analyses.find.crossing import ACCURACY
+from roughcontact.analyses.find.model import SHARE_ACCURACY
 from roughcontact.cli import app
 from roughcontact.halfspace.stress_summary import summarize
 from roughcontact.report import phrases
@@ -164,7 +165,7 @@ def test_crossing_of_curve_and_step_function_is_found(
         return power * (x - root) + 0.1 * math.atan(x - root)
 
     looked: list[float] = []
-    low, high = load_search.bracket_crossing(excess, first, (-25, 25), accuracy=1e-6)
+    low, high = crossing.bracket_crossing(excess, first, (-25, 25), accuracy=1e-6)
     assert excess(low[0]) < 0 <= excess(high[0])
     assert max(-low[1], high[1]) <= 1e-6 or high[0] - low[0] <= 1e-6
     assert len(looked) < 60
@@ -172,8 +173,8 @@ def test_crossing_of_curve_and_step_function_is_found(
 
 def test_a_curve_that_never_passes_ends_at_the_end() -> None:
     for sign, end in ((1, -9.0), (-1, 9.0)):
-        with pytest.raises(load_search.NotPassedError) as caught:
-            load_search.bracket_crossing(lambda x, s=sign: s * 0.5, 0.0, (-9, 9), accuracy=1e-6)
+        with pytest.raises(crossing.NotPassedError) as caught:
+            crossing.bracket_crossing(lambda x, s=sign: s * 0.5, 0.0, (-9, 9), accuracy=1e-6)
         assert caught.value.end == (end, sign * 0.5)
 
 
