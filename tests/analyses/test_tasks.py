@@ -16,7 +16,7 @@ import roughcontact
 
 OPTION = """
 STRETCH = Option(
-    "stretch", parsing.number.named("FACTOR"), "Factor of the heights.", 1.0, Panel.MAP, "Stretched by",
+    "stretch", parsing.number.named("FACTOR"), "Factor of heights.", 1.0, Panel.MAP, "Stretched by",
     prepares=True,
 )
 """

@@ -260,9 +260,6 @@ _HOVER = (
 """Columns of the values at the cursor, and their names."""
 
 
-# --- Table of the largest contact spots ---
-
-
 _MAX_SPOTS = 100
 
 

@@ -246,9 +246,6 @@ def _sources(name: str) -> str:
     return f'<p class="quiet">Values: {controls.escape_markup(text)}</p>'
 
 
-# --- Sources of a map: upload, demonstration map, generated surface, or a smooth body ---
-
-
 EXAMPLES: dict[str, dict[str, Value]] = PAGE["examples"]
 """Example maps: options of ``roughcontact generate`` by name."""
 

@@ -338,9 +338,6 @@ def _cell_text(value: str | bool | None) -> str:
     return "–" if value is None else "yes" if value is True else str(value)
 
 
-# --- Downloads: files of the contact, its command, script and project file ---
-
-
 _PAGE, _REPORT = "page with maps (.html)", "report (.html)"
 _FILES = (_PAGE, _REPORT, "result (.nc)", "result (.csv)")
 _STEM = "contact"

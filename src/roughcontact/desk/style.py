@@ -74,9 +74,6 @@ STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
 BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
 
 
-# --- Style of figures on the page, and changes in place ---
-
-
 _COLORS = {
     False: {"SCRIPT": INK, "GRID": "#e4e4e4", "FRAME": "#b8b8b8", "SHEET": OPEN},
     True: {"SCRIPT": "#e8ebef", "GRID": "#2b313a", "FRAME": "#6d7885", "SHEET": "#262c34"},

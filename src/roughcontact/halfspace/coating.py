@@ -48,9 +48,6 @@ _SOFT = 2.0
 _DEAD, _TERMS = 40.0, 12
 
 
-# --- A wave ---
-
-
 @dataclass(frozen=True)
 class ConductingLayer:
     """Layer on a conductor."""

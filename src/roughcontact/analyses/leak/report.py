@@ -295,7 +295,9 @@ def _interval(result: Leakage, axis: int) -> Interval:
     change = math.nan if base is None else relative_change(base, flow_of(result.steps[-1])[axis])
     draws = result.draws[axis:][:1]
     name = f"permeability_{AXES[axis]}"
-    return uncertainty_report.joint_interval(result, name, value, axis, coarser, *draws, base=change)
+    return uncertainty_report.joint_interval(
+        result, name, value, axis, coarser, *draws, base=change
+    )
 
 
 def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
