@@ -11,7 +11,6 @@ import signal
 import sys
 import threading
 import time
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
@@ -206,10 +205,7 @@ class ForkedCall:
         free = max(memory.free_bytes(), _MIN_BYTES)
         parent = os.getpid()
         receiver, sender = os.pipe()
-        with warnings.catch_warnings():
-            # Python 3.12 and later warn of other threads; the call uses none of their locks.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            self._child = os.fork()
+        self._child = os.fork()
         if self._child == 0:
             try:
                 if seconds is None:
