@@ -62,4 +62,5 @@ def test_other_hdf5_raises_format_error_without_warning(tmp_path: Path) -> None:
         warnings.simplefilter("always")
         with pytest.raises(rc.FormatError, match="expected a NetCDF file"):
             rc.read_surface(path)
-    assert heard == []
+    # Python 3.12 and later warn of a fork of a process with threads.
+    assert [entry for entry in heard if "fork()" not in str(entry.message)] == []

@@ -16,8 +16,8 @@ import roughcontact
 
 OPTION = """
 STRETCH = Option(
-    "stretch", parsing.number.named("FACTOR"), "Factor of heights.", 1.0, Panel.MAP, "Stretched by",
-    prepares=True,
+    "stretch", parsing.number.with_metavar("FACTOR"), "Factor of heights.", 1.0, Panel.MAP,
+    "Stretched by", prepares=True,
 )
 """
 FIRST_GROUP = 'GROUPS: dict[str, tuple[Command, ...]] = {\n    "Solve one contact": ('

@@ -326,7 +326,7 @@ def test_unsuitable_ceiling_shows_calibrated_ceiling(capsys: Capture) -> None:
     assert other["contact_area"] > 1.1 * told["contact_area"]
     assert app.main(["solve", *ball, *YIELDING]) == app.SOLVED
     shown = capsys.readouterr().out
-    assert f"calibrated ceiling ({other['factor']:.3g} σ_Y)" in shown
+    assert f"Calibrated ceiling ({other['factor']:.3g} σ_Y)" in shown
     assert app.main(["solve", *ball, *YIELDING, "--set", "uncalibrated"]) == app.SOLVED
     alone = capsys.readouterr().out
     assert shown[shown.index("CAUTION ceiling") :] == alone[alone.index("CAUTION ceiling") :]
@@ -1380,7 +1380,7 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
     assert solve(path, *options, "--verbose") == app.SOLVED
     assert "tip (radius 5 µm)" in " ".join(capsys.readouterr().out.split())
     text = report.read_text(encoding="utf-8")
-    stated = ("Uncertainty", "Ceiling: as the factor goes", "roughcontact solve", "--tip-radius")
+    stated = ("Uncertainty", "Ceiling: as the factor goes", "roughcontact solve", "tip-radius=5 um")
     assert all(words in text for words in ("tip (radius 5 µm)", *stated))
     assert_rejected(
         capsys, solve(path, *STEEL, "--report", "out.pdf"), "--report needs a name", ".html"

@@ -12,7 +12,7 @@ import roughcontact as rc
 pytest.importorskip("panel")
 
 from roughcontact.desk import detail_panel
-from roughcontact.surface.roughness import radial_spectrum
+from roughcontact.surface.spectrum import radial_spectrum
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 

@@ -328,7 +328,11 @@ def command(option: str, text: str) -> list[str]:
     if option == "--approach":
         del chosen["--load"]
     chosen[option] = text
-    return ["solve", str(map_file()), *(word for pair in chosen.items() for word in pair)]
+    words = ["solve", str(map_file())]
+    for name, value in chosen.items():
+        is_setting = name.startswith("--counter-")
+        words += ["--set", f"{name[2:]}={value}"] if is_setting else [name, value]
+    return words
 
 
 @pytest.mark.long
@@ -346,7 +350,7 @@ def test_unit_mistakes_on_the_command_line_end_in_one_sentence(
     message = err.getvalue()
     assert message.startswith("roughcontact: error: ")
     assert message.count("\n") == 1
-    assert option in message
+    assert option.removeprefix("--") in message
     assert text.lstrip("-0 ") in message
 
 

@@ -82,7 +82,8 @@ def test_interrupted_sweep_reports_steps_and_resumes(tmp_path: Path) -> None:
     assert caught.value.saved == SavedSteps(2, 3, "load", folder)
     seen: list[Progress] = []
     outcome = run_request(request, lambda text: None, seen.append)
-    assert {at.number for at in seen if not at.kept} == {3}
+    # The contact under the calibrated ceiling follows, one of one.
+    assert {at.number for at in seen if not at.kept and at.count > 1} == {3}
     assert outcome.reused == 2
     assert len(outcome.record()["load"]) == 3
 

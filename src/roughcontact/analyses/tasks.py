@@ -34,7 +34,7 @@ POINTS = Option(
 )
 FOLDER = Option(
     "folder",
-    parsing.path.named("FOLDER"),
+    parsing.path.with_metavar("FOLDER"),
     "Folder for the files; default: roughcontact-demo.",
     Path("roughcontact-demo"),
     Panel.OUTPUT,
@@ -54,7 +54,7 @@ PORT = Option.value(
 )
 ADDRESS = Option(
     "address",
-    parsing.as_text.named("ADDRESS"),
+    parsing.as_text.with_metavar("ADDRESS"),
     "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
     "127.0.0.1",
     Panel.SERVER,
@@ -91,7 +91,7 @@ ENGINE = Option(
 )
 SCHEDULER = Option.value(
     "scheduler",
-    parsing.as_text.named("ADDRESS"),
+    parsing.as_text.with_metavar("ADDRESS"),
     "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
     Panel.ENGINE,
 )

@@ -228,11 +228,11 @@ def under_other_ceiling(result: ContactResult) -> str:
         return ""
     area = format_change(other.contact_fraction / result.contact_fraction - 1)
     gap = format_change(other.mean_gap / result.mean_gap - 1) if result.mean_gap else "0 %"
-    ceiling = f"calibrated ceiling ({other.factor:.3g} σ_Y)"
+    ceiling = f"Calibrated ceiling ({other.factor:.3g} σ_Y)"
     if other.is_of_base:
-        ceiling = f"ceiling of the base ({format_engineering(other.ceiling, 'Pa', 3)})"
+        ceiling = f"Ceiling of the base ({format_engineering(other.ceiling, 'Pa', 3)})"
     return (
-        f"With the {ceiling}: contact {format_share(other.contact_fraction)} ({area}), mean gap "
+        f"{ceiling}: contact {format_share(other.contact_fraction)} ({area}), mean gap "
         f"{format_short(other.mean_gap, 'm')} ({gap})"
     )
 

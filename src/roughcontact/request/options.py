@@ -23,9 +23,9 @@ LENGTH, PRESSURE = map(parsing.quantity, ("length", "pressure"))
 
 _SETTINGS = (
     "format channel override-size tip-radius invert flip rotate offset angle mirror counter-young "
-    "counter-poisson counter-yield-strength load-point tolerance max-iterations precision "
-    "uncalibrated increments material-uncertainty project drawing author draws flow-axis "
-    "temperature gap-pressure"
+    "counter-poisson counter-yield-strength counter-coating load-point tolerance max-iterations "
+    "precision uncalibrated increments material-uncertainty project drawing author draws "
+    "flow-axis temperature gap-pressure"
 )
 SETTINGS = frozenset(_SETTINGS.split())
 """Names of the options that commands take as ``--set NAME=VALUE``; keys of project files."""
@@ -133,7 +133,7 @@ class Option(Generic[T_co]):
     ) -> Option[Any]:
         """Return an option of one output file, or of a folder if no suffixes are given."""
         written = f"FILE{'|'.join(suffixes).replace('|.', '|')}" if suffixes else "FOLDER"
-        parse = parsing.path.named(metavar or written)
+        parse = parsing.path.with_metavar(metavar or written)
         return Option(name, parse, text, None, Panel.OUTPUT, suffixes=suffixes)
 
     @staticmethod
@@ -237,18 +237,18 @@ GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
 FORMAT = map_option("format", parsing.as_text, "File format; default: recognized from the file.")
 CHANNEL = map_option(
     "channel",
-    parsing.as_text.named("NAME|INDEX"),
+    parsing.as_text.with_metavar("NAME|INDEX"),
     "Height channel, name or index; default: the proposed one.",
 )
 UNIT = map_option(
     "unit",
-    parsing.as_text.named("UNIT"),
+    parsing.as_text.with_metavar("UNIT"),
     'Unit of the heights, e.g. um; of points or a profile "mm, um" (positions first).',
     label="Unit of the heights",
 )
 SIZE = map_option(
     "size",
-    parsing.as_text.named("LENGTHS"),
+    parsing.as_text.with_metavar("LENGTHS"),
     'Side lengths (y, x) if the file has none: "0.1 mm x 0.2 mm".',
     label="Side lengths (y × x)",
 )
@@ -494,7 +494,7 @@ CEILING: Option[str | float | None] = Option(
 )
 BOUNDARY: Option[str] = Option(
     "boundary",
-    parsing.choice(*Boundary).named("KIND"),
+    parsing.choice(*Boundary).with_metavar("KIND"),
     "Beyond the map edge. "
     f"{'; '.join(f'{kind}: {kind.meaning}' for kind in Boundary)}; default: free.",
     Boundary.FREE,
@@ -556,7 +556,7 @@ SOLVER = (*SOLVER_DOUBLE, PRECISION)
 
 FIGURES = Option.value(
     "figures",
-    parsing.as_text.named("FOLDER|PREFIX"),
+    parsing.as_text.with_metavar("FOLDER|PREFIX"),
     "Figures: folder or file prefix; add .svg or .pdf for the format.",
     Panel.OUTPUT,
     suffixes=PICTURES,
@@ -570,7 +570,10 @@ SHOWN = (VERBOSE, JSON, QUIET)
 """Options of the console, which are not part of a run."""
 HEAD = tuple(
     Option.value(
-        name, parsing.as_text.named("TEXT"), f"{text} in the head of the report.", Panel.OUTPUT
+        name,
+        parsing.as_text.with_metavar("TEXT"),
+        f"{text} in the head of the report.",
+        Panel.OUTPUT,
     )
     for name, text in (("project", "Project"), ("drawing", "Drawing number"), ("author", "Author"))
 )

@@ -40,7 +40,7 @@ class Parser(Generic[T_co]):
         """Return the value of a text; errors name the argument."""
         return self.function(text, argument)
 
-    def named(self, metavar: str) -> Parser[T_co]:
+    def with_metavar(self, metavar: str) -> Parser[T_co]:
         """Return the parser with another placeholder of its value."""
         return replace(self, metavar=metavar)
 
@@ -115,7 +115,7 @@ def number(text: str, argument: str) -> float:
         raise input_error(argument, text, "must be a number without a unit") from None
 
 
-DEGREES = number.named("DEGREES")
+DEGREES = number.with_metavar("DEGREES")
 
 
 @parser("VALUE")

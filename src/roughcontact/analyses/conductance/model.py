@@ -630,8 +630,8 @@ def _oxide(result: Conductance) -> Iterator[Caution]:
     share = TUNNEL_FILM / area / resistance
     yield (as_caution if share > MIN_OXIDE_SHARE else as_note)(
         CautionTag.OXIDE,
-        f"Faces are clean metal. A film of oxide of {TUNNEL_FILM:g} Ω m² adds "
-        f"{format_percent(share)} to the resistance. Give {ArgumentRef('electrical_film')}.",
+        f"Faces are clean. A film of oxide, {TUNNEL_FILM:g} Ω m², adds {format_percent(share)}. "
+        f"Give {ArgumentRef('electrical_film')}.",
         share=share,
     )
 

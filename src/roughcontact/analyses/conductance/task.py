@@ -22,7 +22,7 @@ ELECTRICAL_FILM = Option.value(
 )
 GAP = Option.value(
     "gap",
-    parsing.as_text.named("FLUID"),
+    parsing.as_text.with_metavar("FLUID"),
     'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
 )
 GAP_PRESSURE = Option.value(

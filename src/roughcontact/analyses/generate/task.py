@@ -20,7 +20,7 @@ _MAX_SEED = 2**63 - 1
 
 SIZE = Option.value(
     "size",
-    parsing.as_text.named("LENGTHS"),
+    parsing.as_text.with_metavar("LENGTHS"),
     'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
     Panel.MAP,
     label="Side lengths (y × x)",
@@ -102,7 +102,7 @@ HONING = Option.value(
 )
 TURNING = Option.value(
     "turning",
-    parsing.lengths.named("FEED,RADIUS"),
+    parsing.lengths.with_metavar("FEED,RADIUS"),
     'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
     Panel.TEXTURE,
 )

@@ -17,7 +17,15 @@ from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.references import make_use
 from roughcontact.report import chapters, phrases
 from roughcontact.report.figures import FRONT, Illustration
-from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Column, Quantity, Use
+from roughcontact.report.kind import (
+    CAUTIONS,
+    PROBLEM,
+    CellTable,
+    Column,
+    Quantity,
+    Use,
+    capitalize_first,
+)
 from roughcontact.report.page import WIDE
 from roughcontact.report.phrases import format_short, range_text
 from roughcontact.report.presentation import Presentation
@@ -293,11 +301,19 @@ class LawPresentation(Presentation):
         _, stiffness = _intervals(law)
         if uncertainty_report.has_ends(stiffness):
             yield uncertainty_report.sources(stiffness, hint=False)
-        if law.calibrated is not None:
-            yield f"Stiffness: {uncertainty_report.under_calibrated(law, 1)}"
         error = max(law.curve(branch).error for branch in law.branches)
-        known = "" if math.isnan(error) else f"; interpolation error {100 * error:.2g} %"
-        yield f"Resolved: {_range(law)}{known}"
+        known = [] if math.isnan(error) else [f"interpolation error {100 * error:.2g} %"]
+        if law.calibrated is not None:
+            known.insert(0, f"stiffness: {uncertainty_report.under_calibrated(law, 1)}")
+        if known:
+            yield capitalize_first("; ".join(known))
+        unloaded = ""
+        if len(law.branches) > 1:
+            last = min(law.branch_steps(law.branches[1]), key=lambda step: step.pressure)
+            at, separation = format_short(last.pressure, "Pa"), format_short(last.separation, "m")
+            contact = format_percent(last.contact_fraction)
+            unloaded = f"; unloaded to {at}: {separation}, contact {contact}"
+        yield f"Resolved: {_range(law)}{unloaded}"
         if law.friction is not None:
             last = law.branch_steps(law.branches[0])[-1]
             each = [
@@ -308,11 +324,6 @@ class LawPresentation(Presentation):
                 f"Tangential at {format_short(last.pressure, 'Pa')}: {', '.join(each)} "
                 f"GPa/µm; elastic slip {format_short(float(law.elastic_slip()[-1]), 'm')}"
             )
-        if len(law.branches) > 1:
-            last = min(law.branch_steps(law.branches[1]), key=lambda step: step.pressure)
-            at, separation = format_short(last.pressure, "Pa"), format_short(last.separation, "m")
-            contact = format_percent(last.contact_fraction)
-            yield f"Unloaded to {at}: {separation}, contact {contact}"
 
     def sentences(self) -> Iterator[str]:
         """Yield the sentences that precede the law."""

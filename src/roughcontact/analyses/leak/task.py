@@ -30,7 +30,7 @@ SEAL_LENGTH = Option.value(
 RING = Option.value("ring", LENGTH, 'Mean diameter of a ring-shaped seal face: "40 mm".')
 GAS = Option.value(
     "gas",
-    parsing.choice("air", "nitrogen", "helium", "argon").named("GAS"),
+    parsing.choice("air", "nitrogen", "helium", "argon").with_metavar("GAS"),
     "Gas that leaks: air, nitrogen, helium or argon.",
 )
 INLET = Option.value("inlet", PRESSURE, 'Absolute pressure of the gas at the inlet: "2 bar".')

@@ -28,7 +28,7 @@ def _place(stress: StressResult) -> str:
 
 def _over_pressure(stress: StressResult) -> str:
     ratio = stress.max_von_mises / stress.solution.max_pressure
-    return f"{format_engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
+    return f"{format_engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} p_max)"
 
 
 def _tension_place(stress: StressResult) -> str:

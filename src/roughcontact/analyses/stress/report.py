@@ -10,7 +10,6 @@ from roughcontact._tools.netcdf import Dataset
 from roughcontact.analyses.stress import fields as stress_fields, figures as draw
 from roughcontact.analyses.stress.model import StressResult, to_dataset
 from roughcontact.contact.nominal_hertz import has_nominal_body
-from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.report import chapters, phrases
 from roughcontact.report.citations import Uses
 from roughcontact.report.kind import CellTable, Row, profile_table, rows_of
@@ -150,19 +149,15 @@ class StressPresentation(Presentation):
             rows.append(("Yields from", _load(self.onset)))
         if not stress.solution.pair.is_profile:
             shear = (
-                f"±{self.row(f'max_orthogonal_shear_along_{axis}').text} along {axis}"
-                for axis in "yx"
+                f"±{format_short(amplitude, 'Pa')} {axis}"
+                for axis, amplitude in zip("yx", stress.profile.max_orthogonal_shear, strict=True)
             )
             rows.append(("Orthogonal shear", ", ".join(shear)))
         return (), rows
 
     def remarks(self) -> Iterator[str]:
-        """Yield the accuracy of the contact, and a hint for the plastic depth if it yields."""
-        stress = self.result
-        yield phrases.status(stress.solution)
-        strength = None if stress.parts else stress.material.yield_strength
-        if strength is not None and stress.max_von_mises > strength * (1 + _AT_YIELD):
-            yield Sentence(f"Plastic depth: {ArgumentRef('rc.solve_elastoplastic')}")
+        """Yield the accuracy of the contact."""
+        yield phrases.status(self.result.solution)
 
     def details(self) -> list[Block]:
         """Return further blocks of results."""
