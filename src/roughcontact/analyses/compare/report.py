@@ -473,7 +473,7 @@ _TERMS = (
     replace(quantity_of(contact_fields.CONTACT, "ceiling"), of="curve.ceiling", text=_ceiling),
 )
 
-_FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
+_FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sdq")
 
 
 def _maps(result: Comparison) -> list[Cells]:
@@ -629,7 +629,9 @@ class ComparisonPresentation(Presentation):
         heads = tuple(group.name or "mean" for group in result.groups)
         rows = [
             (
-                capitalize_first(name_of(name, ceiling)),
+                f"– {ceiling}"
+                if ceiling == CALIBRATED
+                else capitalize_first(name_of(name, ceiling)),
                 *(
                     _mean(name, case.mean(index, name)).partition(" (s ")[0]
                     for index in range(len(result.groups))
