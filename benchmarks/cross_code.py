@@ -20,6 +20,7 @@ from roughcontact.material.hardening import Linear
 
 # isort: split
 # Measuring makes them importable.
+import block_with_calculix as block
 import indentation
 import passage
 import problems
@@ -312,6 +313,117 @@ def compare_passage() -> tuple[list[Place], float]:
     return rows, float(apart.sum() / (weight * answer.strain).sum())
 
 
+@dataclass(frozen=True)
+class Block:
+    """The answer of a program to the rough block on one grid, at the first of two loads.
+
+    Parameters
+    ----------
+    program : str
+        Whose answer.
+    points : int
+        Elements, or pixels, per side of the block.
+    nominal : float
+        Nominal pressure [Pa].
+    pressure, gap : numpy.ndarray
+        At the nodes of the block [Pa], [m].
+    share, mean_gap, stiffness : float
+        Contact fraction, mean gap [m] and, from both loads, dp̄/dū [Pa/m].
+    """
+
+    program: str
+    points: int
+    nominal: float
+    pressure: Array
+    gap: Array
+    share: float
+    mean_gap: float
+    stiffness: float
+
+
+def compare_block() -> list[Block]:
+    """Return the stored answers to the rough block, and those of this program."""
+    rows = []
+    with np.load(block.STORED) as stored:
+        for points in block.GRIDS:
+            nominal = [float(stored[f"nominal/{points}/{number}"]) for number in (0, 1)]
+            pixel = block.SIDE / points * 1e-6
+            surface = rc.Surface(block.mirror(block.heights(points)) * 1e-6, (pixel, pixel))
+            own = [
+                rc.solve(
+                    surface,
+                    material=rc.Material(block.YOUNG, block.POISSON),
+                    load=rc.NominalPressure(pressure),
+                    boundary="periodic",
+                    tolerance=TOLERANCE,
+                )
+                for pressure in nominal
+            ]
+            cut = np.s_[: points + 1, : points + 1]
+            answers = {"roughcontact": [(one.pressure[cut], one.gap[cut]) for one in own]}
+            for program in ("tamaas", "contactmechanics", "calculix"):
+                keys = [f"{program}/{points}/{number}" for number in (0, 1)]
+                if f"{keys[0]}/pressure" not in stored.files:
+                    continue
+                pressures = [stored[f"{key}/pressure"] for key in keys]
+                gaps = (
+                    [stored[f"{key}/gap"] for key in keys]
+                    if program == "calculix"
+                    else [gap_below(pressure, surface) for pressure in pressures]
+                )
+                answers[program] = list(zip(pressures, gaps, strict=True))
+            weight = np.outer(*[np.r_[0.5, np.ones(points - 1), 0.5] / points] * 2)
+            for program, pairs in reversed(answers.items()):
+                means = [float((weight * gap).sum()) for _, gap in pairs]
+                pressure, gap = pairs[0]
+                rows.append(
+                    Block(
+                        program,
+                        points,
+                        nominal[0],
+                        pressure,
+                        gap,
+                        share=float((weight * (pressure > 0)).sum()),
+                        mean_gap=means[0],
+                        stiffness=(nominal[1] - nominal[0]) / (means[0] - means[1]),
+                    )
+                )
+    return rows
+
+
+def gap_below(pressure: Array, surface: rc.Surface) -> Array:
+    """Return the gap of a pressure at the nodes of the block, by the independent judge [m]."""
+    initial = surface.heights.max() - surface.heights
+    whole = block.mirror(pressure)
+    tail = surface.pixel, problems.MODULUS, "periodic"
+    opened = judge.judge_fields(whole, initial, None, 0.0, *tail).gap
+    gap: Array = opened - opened[whole > 0].mean()
+    return np.maximum(gap, 0)[: len(pressure), : len(pressure)]
+
+
+def block_table(rows: list[Block]) -> str:
+    """Return the numbers of each program, and its difference to this one, as Markdown."""
+    own = {row.points: row for row in rows if row.program == "roughcontact"}
+    cells = []
+    for row in rows:
+        ours = own[row.points]
+        apart = math.dist(row.pressure.ravel(), ours.pressure.ravel())
+        cells.append(
+            [
+                row.program,
+                f"{row.points}²",
+                f"{row.nominal / 1e9:.4f} GPa",
+                f"{row.share:.2%}",
+                f"{row.mean_gap * 1e6:.4f} µm",
+                f"{row.stiffness / 1e15:.2f} GPa/µm",
+                f"{row.pressure.max() / 1e9:.2f} GPa",
+                "" if row is ours else f"{apart / float(np.linalg.norm(ours.pressure)):.1e}",
+            ]
+        )
+    head = ("program", "grid", "nominal pressure", "contact fraction", "mean gap", "stiffness")
+    return markdown([*head, "largest pressure", "difference of pressures"], cells)
+
+
 def passage_table(rows: list[Place]) -> str:
     """Return the largest differences over the places as Markdown."""
     head = ("program", "places", "pressures", "largest pressure", "largest plastic strain")
@@ -399,6 +511,7 @@ def main() -> None:
         page(compare()),
         indentation_page(compare_indentations()),
         passage_page(*compare_passage()),
+        block_table(compare_block()),
     )
     print(*parts, sep="\n\n")
     if options.write:

@@ -91,6 +91,24 @@ def test_page_contains_the_groups_of_rows(rows):
     assert f"| tamaas | {len(passage.PLACES)} |" in text
 
 
+def test_finite_elements_of_rough_block_approach_the_half_space() -> None:
+    rows = {(row.program, row.points): row for row in cross_code.compare_block()}
+    finest = rows["roughcontact", 64]
+    for program in ("contactmechanics", "tamaas"):
+        other = rows[program, 64]
+        np.testing.assert_allclose(other.pressure, finest.pressure, rtol=0, atol=1e-7 * 26e9)
+        assert other.mean_gap == pytest.approx(finest.mean_gap, rel=1e-7)
+        assert other.stiffness == pytest.approx(finest.stiffness, rel=1e-5)
+    # Elements of the first order: their error decreases with the grid.
+    apart = [
+        abs(rows["calculix", points].mean_gap / rows["roughcontact", points].mean_gap - 1)
+        for points in (32, 64)
+    ]
+    assert apart[1] < 0.6 * apart[0] < 0.006
+    assert rows["calculix", 64].stiffness == pytest.approx(finest.stiffness, rel=0.02)
+    assert rows["calculix", 64].share == pytest.approx(finest.share, rel=0.05)
+
+
 @pytest.mark.slow
 def test_indentation_of_a_hardening_half_space() -> None:
     rows = cross_code.compare_indentations(("sphere-64",))
