@@ -263,21 +263,28 @@ def gfmd_area() -> Iterator[Row]:
     )
     values = ((0.005, 3.993, 0.029), (0.025, 18.524, 0.074), (0.113, 65.714, 0.048))
     surfaces = [rough(1024, seed, gradient, side, 1, 1024 / breadth) for seed in range(3)]
-    # The first one on a quarter of the points, without correction of the perimeter.
     coarse = rc.Surface(surfaces[0].heights[::4, ::4], (side / 256, side / 256))
-    counted = [100 * press(coarse, p * MODULUS).contact_fraction for p, *_ in values]
-    note = (
-        "Same spectrum and RMS gradient, own realizations. Their grid is not given; whole pixels "
-        "counted at 2.6 points per shortest wave give {:.2f}, {:.1f} and {:.1f} % here."
-    ).format(*counted)
+    rows = []
     for pressure, mean, deviation in values:
+        fine = [100 * fraction(press(each, pressure * MODULUS)) for each in surfaces]
+        result = press(coarse, pressure * MODULUS)
+        counted = 100 * result.contact_fraction, 100 * fraction(result) / fine[0] - 1
+        rows.append((pressure, (mean - deviation, mean + deviation), averaged(fine), counted))
+    whole = ", ".join(f"{counted[0]:.3g}" for *_, counted in rows)
+    change = max(abs(counted[1]) for *_, counted in rows)
+    note = (
+        f"Same spectrum and RMS gradient, own realizations. Their grid is not given: whole pixels "
+        f"at 2.6 points per shortest wave (here 10) give {whole} % on the first one. The corrected "
+        f"area of this grid differs by {change:.1%} at most."
+    )
+    for pressure, published, found, _ in rows:
         yield Row(
             f"Self-affine surface, Hurst 0.8, waves from the side to 1/100 of it, RMS gradient "
             f"{gradient:.3f}, {pressure:g} E*: contact fraction",
             "GFMD of Y. Zhou ([data](https://github.com/xylcsi/PerssonModelFudgeFactor), "
             "`Area_GFMD_Zhou.mat`), mean and deviation",
-            (mean - deviation, mean + deviation),
-            averaged(100 * fraction(press(each, pressure * MODULUS)) for each in surfaces),
+            published,
+            found,
             "%",
             note,
         )
@@ -487,7 +494,7 @@ def conductance() -> Iterator[Row]:
 def vacuum_joints() -> Iterator[Row]:
     """Resistance of joints in vacuum."""
     table = {
-        ("304", "stainless steel"): {0.1: (6.0, 25.0), 10.0: (0.7, 4.0)},
+        ("304", "stainless steel"): {10.0: (0.7, 4.0)},
         ("6061-T6", "aluminum"): {0.1: (1.5, 5.0), 10.0: (0.2, 0.4)},
     }
     for (name, words), rows in table.items():
@@ -511,7 +518,8 @@ def vacuum_joints() -> Iterator[Row]:
                 published,
                 (1e4 / found.high, 1e4 / found.low),
                 "10⁻⁴ m² K/W",
-                "The table does not define finish and roughness.",
+                "The table does not define finish and roughness. Its 0.1 MPa on stainless steel (6 "
+                "to 25) are below the range of the formulas.",
             )
 
 
