@@ -38,15 +38,16 @@ assert entry.request.values["stretch"] == 3.0
 """
 ON_PAGE = """
 from pathlib import Path
+from roughcontact.desk.controls import PREPARATION_OPTIONS
 from roughcontact.desk.inputs_panel import PreparationPanel
 from roughcontact.desk.session import Session
+assert "stretch" in PREPARATION_OPTIONS
 session = Session(Path("page.toml"), lambda what: None)
-card = PreparationPanel(session, lambda: None).root[-1]
-card.collapsed = False
-session.give("stretch", "3")
+panel = PreparationPanel(session, session.set_option, lambda: None)
+session.set_option("stretch", "3")
 assert session.state.specified["stretch"] == "3"
 session.close()
-print([widget.label for control in card.objects for widget in control if hasattr(widget, "label")])
+print([widget.label for control in panel._group.roots("stretch") for widget in control])
 """
 
 RESULT = """
@@ -147,7 +148,7 @@ def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(checkout:
     project(checkout, 'load = "1 N"', "stretch = 3")
     help_of_all = python(checkout, "-c", ASKED)
     assert help_of_all.count("--stretch FACTOR") == 13
-    assert help_of_all.count("Factor of the heights.") == 13
+    assert help_of_all.count("Factor of heights.") == 13
     pytest.importorskip("panel", reason="needs roughcontact[desk]")
     assert "Stretched by" in python(checkout, "-c", ON_PAGE)
 
