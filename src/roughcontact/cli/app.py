@@ -41,7 +41,7 @@ from roughcontact.errors import (
 from roughcontact.request import options
 from roughcontact.request.options import JSON, NO_DATA, QUIET, READING, REMOVED, VERBOSE, Panel
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.task import Command, ParsedOptions, Task, unknown_name
+from roughcontact.request.task import Command, OptionValues, Task, unknown_name
 
 if TYPE_CHECKING:
     from roughcontact.batch.plan import ContactReport
@@ -201,12 +201,8 @@ def _explain_tag(ctx: click.Context, _: click.Parameter, tag: str | None) -> Non
 
 def _report_errors(command: Command, work: Act, subject: Any = None, **words: Any) -> None:
     """Execute a command; report an expected error in one sentence, and exit."""
-    by_argument = {option.argument: option.name for option in command.options}
-    settings = words.pop("set", ())
-    specified = {by_argument[name]: value for name, value in words.items() if value}
     try:
-        _add_settings(command, specified, settings)
-        work(subject, _require_single_values(command, specified))
+        work(subject, _given_options(command, words))
         sys.stdout.flush()
     except RoughcontactError as error:
         terminal.print_error(f"error: {error.message_for(command.spell_argument)}")
@@ -222,24 +218,21 @@ def _report_errors(command: Command, work: Act, subject: Any = None, **words: An
         raise UnfinishedError(()) from None
 
 
-def _add_settings(command: Command, specified: Given, settings: Sequence[str]) -> None:
-    """Add the values of ``--set NAME=VALUE`` to the given options."""
+def _given_options(command: Command, words: Given) -> Given:
+    """Return the given options, and the settings of ``--set NAME=VALUE``, by name."""
+    values = {item.name: words[item.argument] for item in command.options if not item.is_setting}
+    values = {name: value for name, value in values.items() if value}
     known = [option.name for option in command.options if option.is_setting]
-    for text in settings:
+    for text in words.get("set", ()):
         name, sign, value = text.partition("=")
         if (option := command.by_name.get(name.strip().replace("_", "-"))) is None:
             raise InputError(f"--set: {unknown_name('setting', name, known)}")
         if option.is_flag:
-            specified[option.name] = option.parse(value or "true", option.argument)
+            values[option.name] = option.parse(value or "true", option.argument)
         elif not sign:
             raise InputError(f"needs a value, {option.metavar}", argument=option.argument)
         else:
-            specified[option.name] = [*specified.get(option.name, ()), value]
-
-
-def _require_single_values(command: Command, specified: Given) -> Given:
-    """Return the value of each option; raise for a repeated option that holds one value."""
-    values = dict(specified)
+            values[option.name] = [*values.get(option.name, ()), value]
     for option in command.options:
         given = values.get(option.name)
         if not given or option.many or option.is_flag:
@@ -471,7 +464,7 @@ def _run(file: Path | str | None, specified: Given) -> None:
 
 
 def _run_project(
-    file: str, requested: ParsedOptions, line: ProgressLine, quiet: bool
+    file: str, requested: OptionValues, line: ProgressLine, quiet: bool
 ) -> tuple[list[ContactReport], Path]:
     """Run a project; return the reports of its contacts and the folder of the results."""
     from roughcontact.batch import plan, project, runner

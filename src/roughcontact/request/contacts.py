@@ -17,6 +17,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
 from roughcontact.request.options import EXCLUDES, NEEDED, NEEDS, TABLES, Option, Rule
 from roughcontact.request.outcome import OnProgress, Outcome, Solve, TaskContext, solve_uncalibrated
+from roughcontact.request.parsing import quantity
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress, one_of_several
 
@@ -41,34 +42,28 @@ OUTPUT = Option.file("output", "Table of loads.", TABLES)
 
 RESISTIVITY = Option.value(
     "resistivity",
-    parsing.quantity("resistivity"),
+    quantity("resistivity"),
     'Electrical resistivity: "17 nohm m"; default: from --material.',
 )
 CONDUCTIVITY = Option.value(
     "conductivity",
-    parsing.quantity("conductivity"),
+    quantity("conductivity"),
     'Thermal conductivity: "46 W/m/K"; default: from --material.',
 )
 COUNTER_RESISTIVITY = Option.value(
-    "counter-resistivity",
-    parsing.quantity("resistivity"),
-    "Electrical resistivity of the counter-body.",
+    "counter-resistivity", quantity("resistivity"), "Electrical resistivity of the counter-body."
 )
 COUNTER_CONDUCTIVITY = Option.value(
-    "counter-conductivity",
-    parsing.quantity("conductivity"),
-    "Thermal conductivity of the counter-body.",
+    "counter-conductivity", quantity("conductivity"), "Thermal conductivity of the counter-body."
 )
 THERMAL_FILM = Option.value(
     "thermal-film",
-    parsing.quantity("thermal film"),
+    quantity("thermal film"),
     'Thermal film resistance × area: "1e-6 m^2 K/W"; default: none.',
 )
 
 TEMPERATURE = Option.value(
-    "temperature",
-    parsing.quantity("temperature"),
-    'Temperature of the gas: "20 °C"; default: 25 °C.',
+    "temperature", quantity("temperature"), 'Temperature of the gas: "20 °C"; default: 25 °C.'
 )
 
 FRICTION = Option.value("friction", parsing.number, "Friction coefficient: 0.15.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, StrEnum, auto
 from typing import Any, Generic, TypeVar
 
@@ -150,6 +150,12 @@ class Option(Generic[T_co]):
 def map_option(name: str, parse: Parser[T], text: str, **more: Any) -> Option[T | None]:
     """Return an option of the preparation of maps, without a default."""
     return Option(name, parse, text, None, Panel.MAP, prepares=True, **more)
+
+
+def _counter_option(option: Option[T], label: str) -> Option[T]:
+    """Return the option of the counter-body for a constant of the body."""
+    text = f"{option.label} of the counter-body."
+    return replace(option, name=f"counter-{option.name}", help=text, label=label)
 
 
 class RuleKind(Enum):
@@ -373,24 +379,9 @@ COUNTER_MATERIAL = Option.value(
     "Counter-body material; default: rigid.",
     label="Counter-body material",
 )
-COUNTER_YOUNG = Option.value(
-    "counter-young",
-    PRESSURE,
-    "Young's modulus of the counter-body.",
-    label="Counter-body Young's modulus",
-)
-COUNTER_POISSON = Option.value(
-    "counter-poisson",
-    parsing.number,
-    "Poisson's ratio of the counter-body.",
-    label="Counter-body Poisson's ratio",
-)
-COUNTER_YIELD_STRENGTH = Option.value(
-    "counter-yield-strength",
-    PRESSURE,
-    "Yield strength of the counter-body.",
-    label="Counter-body yield strength",
-)
+COUNTER_YOUNG = _counter_option(YOUNG, "Counter-body Young's modulus")
+COUNTER_POISSON = _counter_option(POISSON, "Counter-body Poisson's ratio")
+COUNTER_YIELD_STRENGTH = _counter_option(YIELD_STRENGTH, "Counter-body yield strength")
 BODY_CONSTANTS = (MATERIAL, YOUNG, POISSON, YIELD_STRENGTH)
 COUNTER_CONSTANTS = (COUNTER_MATERIAL, COUNTER_YOUNG, COUNTER_POISSON, COUNTER_YIELD_STRENGTH)
 MATERIALS = (*BODY_CONSTANTS, *COUNTER_CONSTANTS)

@@ -15,7 +15,7 @@ from roughcontact.formats.source import pixel_of
 from roughcontact.request import options
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.request.task import Command, ParsedOptions
+from roughcontact.request.task import Command, OptionValues
 from roughcontact.surface import placement
 from roughcontact.surface.cleaning import MAX_FILLED_SHARE, filling
 from roughcontact.surface.surface import Surface
@@ -62,10 +62,10 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     return maps
 
 
-def preparation(request: Request) -> ParsedOptions:
+def preparation(request: Request) -> OptionValues:
     """Return the options that prepare the maps of a request; other options are excluded."""
     prepares = tuple(option for option in request.task.options if option.prepares)
-    return ParsedOptions(Command(request.task.name, "", prepares), request.values)
+    return OptionValues(Command(request.task.name, "", prepares), request.values)
 
 
 def prepared_by(request: Request) -> str:
@@ -88,7 +88,7 @@ def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caut
     )
 
 
-def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path: Path) -> Surface:
+def _prepared(request: Request, requested: OptionValues, surface: Surface, path: Path) -> Surface:
     # First outliers, then form, then waves: each step requires the correction of the previous one.
     form, holes = requested[options.FORM], requested[options.MISSING]
     level, pixel = requested[options.LEVEL], requested[options.PIXEL]
@@ -150,7 +150,7 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
     return _oriented(requested, surface)
 
 
-def _oriented(requested: ParsedOptions, surface: Surface) -> Surface:
+def _oriented(requested: OptionValues, surface: Surface) -> Surface:
     axis, turn = requested[options.FLIP], requested[options.ROTATE]
     if axis is not None:
         surface = surface.flipped(axis)

@@ -35,7 +35,6 @@ class Request(OptionValues):
     task: Task  # Analysis of the maps
     file: Path | None  # File of the measured map
     specified: Given  # Given options as text, to repeat the run
-    values: Mapping[str, Any]  # Values of the given options
     files: tuple[Path, ...] = ()  # Files of maps without a group
     names: Mapping[str, str] = field(default_factory=dict)
 
@@ -53,7 +52,7 @@ class Request(OptionValues):
         cls, task: Task, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
     ) -> Request:
         """Return the request for options given as text."""
-        return cls(task, file, dict(specified), task.parse_options(specified), files)
+        return cls(task, task.parse_options(specified), file, dict(specified), files)
 
     @property
     def inputs(self) -> list[Path]:

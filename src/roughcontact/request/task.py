@@ -74,9 +74,9 @@ class Command:
                 values[name] = option.parse(str(value), option.argument)
         return values
 
-    def parse_values(self, specified: Given) -> ParsedOptions:
+    def parse_values(self, specified: Given) -> OptionValues:
         """Return the parsed options for options given as text."""
-        return ParsedOptions(self, self.parse_options(specified))
+        return OptionValues(self, self.parse_options(specified))
 
     def spell_argument(self, mention: ArgumentRef) -> str:
         """Return an argument in the syntax of the command line."""
@@ -90,11 +90,12 @@ class Command:
         return shlex.join(option.words(is_bare or option.text(value)))
 
 
+@dataclass(frozen=True)
 class OptionValues:
-    """Reader of the values of options: ``self[VISCOSITY]``."""
+    """Values of the options of a command: ``self[VISCOSITY]``."""
 
     task: Command
-    values: Mapping[str, Any]
+    values: Mapping[str, Any]  # Values of the given options
 
     def __getitem__(self, option: Option[T]) -> T:
         """Return the value of an option; raise `KeyError` unless the task has the option."""
@@ -117,14 +118,6 @@ class OptionValues:
         """Return whether the task's option of the same name differs from its default."""
         own = self.task.by_name.get(option.name)
         return own is not None and bool(self[own] != own.default)
-
-
-@dataclass(frozen=True)
-class ParsedOptions(OptionValues):
-    """Values of the options of a command."""
-
-    task: Command
-    values: Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)

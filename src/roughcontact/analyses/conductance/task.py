@@ -9,6 +9,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import contacts as joints, options, parsing
 from roughcontact.request.options import PRESSURE, Option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
+from roughcontact.request.parsing import quantity
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 ELECTRICAL_FILM = Option.value(
     "electrical-film",
-    parsing.quantity("film"),
+    quantity("film"),
     'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
 )
 GAP = Option.value(
@@ -29,7 +30,7 @@ GAP_PRESSURE = Option.value(
     "gap-pressure", PRESSURE, 'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.'
 )
 CURRENT = Option.value(
-    "current", parsing.quantity("current"), 'Current through the contact: "10 A"; default: none.'
+    "current", quantity("current"), 'Current through the contact: "10 A"; default: none.'
 )
 FIGURE = Option.figure("resistance versus load")
 _CONDUCTORS = (

@@ -11,7 +11,7 @@ from roughcontact.formats import export
 from roughcontact.request import options, outputs, parsing
 from roughcontact.request.options import LENGTH, Option, Panel
 from roughcontact.request.outputs import Say, Writing
-from roughcontact.request.task import Command, Given, ParsedOptions
+from roughcontact.request.task import Command, Given, OptionValues
 
 if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
@@ -148,7 +148,7 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     return surface, outputs.write_files(files, say)
 
 
-def _output_places(requested: ParsedOptions) -> list[tuple[Option[Any], Path]]:
+def _output_places(requested: OptionValues) -> list[tuple[Option[Any], Path]]:
     """Return options and paths of the files to write; raise an error if one is unwritable."""
     places = [(OUTPUT, path) for path in requested[OUTPUT]]
     places += [] if requested[FIGURE] is None else [(FIGURE, requested[FIGURE])]
