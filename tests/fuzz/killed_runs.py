@@ -1,8 +1,9 @@
 """Runs that are killed at random moments: what they leave, and that they resume to the same bits.
 
-`robustness.py` runs them. A seed names a command, a signal and a moment, as a part of the time that
-the command takes here. The same command runs again to its end, and what it leaves is compared bit
-by bit with what a run leaves that no one disturbed. POSIX only: children are searched for in /proc.
+`robustness.py` runs them. A seed names a command, a signal and a moment: a part of the time that
+the command takes here, or a saved step. The same command runs again to its end, and its files are
+compared bit by bit with those of an undisturbed run. POSIX only: children are searched for in
+/proc.
 """
 
 from __future__ import annotations
@@ -191,6 +192,8 @@ class Kill:
     group: bool
     part: float
     early: float
+    # Number of saved steps after which it comes, instead of after a time.
+    steps: int = 0
 
     @classmethod
     def draw(cls, seed: int) -> Kill:
@@ -201,18 +204,15 @@ class Kill:
         group = number == signal.SIGINT and rng.random() < 0.5
         # Some while the program is still being imported.
         early = float(rng.uniform(0.05, 0.6)) if rng.random() < 0.15 else 0.0
-        return cls(
-            seed,
-            list(COMMANDS)[seed % len(COMMANDS)],
-            number,
-            bool(group),
-            float(rng.uniform(0.05, 1.0)),
-            early,
-        )
+        name, part = list(COMMANDS)[seed % len(COMMANDS)], float(rng.uniform(0.05, 1.0))
+        # The solves of small maps take a small part of the time.
+        is_at_step = bool(COMMANDS[name].steps) and not early and rng.random() < 0.5
+        steps = int(rng.integers(1, 4)) if is_at_step else 0
+        return cls(seed, name, number, bool(group), part, early, steps)
 
     def moment(self, seconds: float) -> float:
-        """Return when it comes in a command that takes so long [s]."""
-        return self.early or self.part * seconds
+        """Return when it comes in a command that takes ``seconds``, or after its step [s]."""
+        return self.early or self.part * seconds * (0.01 if self.steps else 1.0)
 
 
 # Commands -----------------------------------------------------------------------------------------
@@ -329,6 +329,11 @@ class Case:
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(self.old(name))
 
+    def kept(self) -> int:
+        """Return the number of complete steps."""
+        steps = self.command.steps
+        return len(list(self.folder.glob(steps))) if steps else 0
+
     @staticmethod
     def old(name: str) -> bytes:
         """Return the previous content of a file."""
@@ -398,7 +403,11 @@ def killed(case: Case) -> Outcome:
     moment = kill.moment(case.whole.seconds)
     whom = "group" if kill.group else "process"
     what = f"{kill.number.name} to the {whom} after {moment:.2f} s"
+    if kill.steps:
+        what += f" and step {kill.steps}"
     ended = True
+    while case.kept() < kill.steps and process.poll() is None:
+        time.sleep(0.0005)
     try:
         process.wait(moment)
     except subprocess.TimeoutExpired:
@@ -412,8 +421,7 @@ def killed(case: Case) -> Outcome:
             case.look_at_end(process.returncode, errors)
         ended = done
     case.look_at_files("killed,", strict=kill.number != signal.SIGKILL)
-    steps = case.command.steps
-    kept = len(list(case.folder.glob(steps))) if steps else 0
+    kept = case.kept()
     case.end()
     verdict = WRONG if case.faults else ENDED if ended else RESUMED
     return Outcome(

@@ -21,9 +21,10 @@ def test_killed_sweep_resumes_to_identical_result(
     monkeypatch.setattr(killed_runs, "inputs", lambda folder: write(folder, 64))
     whole = killed_runs.reference("sweep", tmp_path / "whole")
     assert "kept/step-0010.npz" in whole.files
-    kill = Kill(0, "sweep", SIGTERM, False, 0.7, 0.0)
+    kill = Kill(0, "sweep", SIGTERM, False, 0.0, 0.0, steps=4)
     outcome = killed_runs.killed(Case(kill, tmp_path / "killed", whole))
     assert outcome.verdict in (RESUMED, ENDED), str(outcome)
+    assert outcome.kept >= 4
 
 
 # A program that writes a file a second after it has begun.
