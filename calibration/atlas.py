@@ -32,7 +32,7 @@ import numpy as np
 
 import atlas_cases as cases
 import roughcontact as rc
-from roughcontact.analyses.estimate import model as estimate
+from roughcontact.analyses.estimate import stored_formulas
 from roughcontact.analyses.estimate.model import MIN_WAVES
 from roughcontact.analyses.tasks import DASK, LOCAL
 from roughcontact.batch import runner
@@ -111,7 +111,7 @@ def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
 def measurements(place: Path, name: str) -> str:
     """Solve the cases of a measured map, if it is in the domain of the formulas."""
     surface, about = cases.measured(place)
-    domain = estimate.load_atlas().domain["ceiling"]
+    domain = stored_formulas.load_atlas().domain["ceiling"]
     skewness, kurtosis = float(about["Ssk"]), float(about["Sku"])
     known = {
         "breadth": about["breadth"],
@@ -195,7 +195,7 @@ def fit() -> None:
     import atlas_fit as fitting
 
     told: dict[str, Any] = {"formulas": {}, "domain": {}, "held": {}}
-    known: dict[str, estimate.Formula] = {}
+    known: dict[str, stored_formulas.Formula] = {}
     for name, place in (("ceiling", CEILING), ("volume", VOLUME)):
         cases = fitting.read(place)
         told["domain"][name] = fitting.domain_of(cases)
@@ -212,7 +212,7 @@ def fit() -> None:
                 print(f"{quantity + suffix}: {words}", flush=True)
                 known[quantity + suffix] = formula
     told["measured"] = fitting.wider(known, fitting.read(MEASURED))
-    estimate.STORED.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    stored_formulas.STORED.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
 
 def main() -> None:

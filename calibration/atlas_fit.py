@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from roughcontact.analyses.estimate.model import (
+from roughcontact.analyses.estimate.stored_formulas import (
     CONTACT,
     GAP,
     SATURATED,

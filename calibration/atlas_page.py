@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import atlas_fit
-from roughcontact.analyses.estimate import model as estimate
+from roughcontact.analyses.estimate import stored_formulas
 
 PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "estimates.md"
 NAMES = {
@@ -21,7 +21,7 @@ NAMES = {
 
 def held() -> str:
     """Return the errors of the formulas on maps that took no part in the fit."""
-    told = json.loads(estimate.STORED.read_text(encoding="utf-8"))["held"]
+    told = json.loads(stored_formulas.STORED.read_text(encoding="utf-8"))["held"]
     lines = [
         "| quantity | cases held out | median | nine in ten | covered | half width |",
         "|---|---|---|---|---|---|",
@@ -47,7 +47,7 @@ def measured(place: Path) -> str:
         "| cases in the interval |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    atlas = estimate.load_atlas()
+    atlas = stored_formulas.load_atlas()
     for name in np.unique(cases.maps):
         one = cases.taken(cases.maps == name)
         area, gap = (

@@ -5,7 +5,7 @@ import numpy as np
 
 import atlas
 import atlas_fit
-from roughcontact.analyses.estimate import model as estimate
+from roughcontact.analyses.estimate import stored_formulas
 from roughcontact.theory import greenwood_williamson as gw
 
 cases = atlas_fit.read(atlas.CEILING)
@@ -15,10 +15,10 @@ elastic = plain & (groups.ratio < 0.2)
 
 pressure = np.geomspace(2e-3, 0.5, 120)
 breadth = 3.0
-line = estimate.DimensionlessGroups(
+line = stored_formulas.DimensionlessGroups(
     pressure, *(np.full_like(pressure, value) for value in (0.0, breadth, 0.95, 0.0, 3.0, 0.0))
 )
-atlas_of = estimate.load_atlas()
+atlas_of = stored_formulas.load_atlas()
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(12, 4.2), layout="constrained")
 
 contact = cases.found["contact"]
@@ -33,7 +33,11 @@ left.semilogx(
 formula = atlas_of.formula("contact", True).value(line)
 left.semilogx(pressure, formula / pressure, color="#0072b2", label="formula")
 left.semilogx(
-    pressure, estimate.theory_contact(line) / pressure, "--", color="#009e73", label="Persson"
+    pressure,
+    stored_formulas.theory_contact(line) / pressure,
+    "--",
+    color="#009e73",
+    label="Persson",
 )
 middle.semilogx(
     groups.pressure[elastic], cases.found["gap"][elastic], "o", color="0.6", ms=3, label="computed"
@@ -61,13 +65,13 @@ for index, shade in ((3, 0.4), (12, 0.65), (60, 0.95)):
         ms=3,
     )
     share = np.geomspace(3e-3, 0.85, 80)
-    at = estimate.DimensionlessGroups(
+    at = stored_formulas.DimensionlessGroups(
         share / ratio,
         *(np.full_like(share, value) for value in (ratio, breadth, 0.95, 0.0, 3.0, 0.0)),
     )
     value = atlas_of.formula("contact", True).value(at)
     right.loglog(share, value, color=plt.cm.Blues(shade), label=f"E* h′/σ_Y = {index}")
-    right.loglog(share, estimate.theory_contact(at), "--", color="#009e73", lw=1)
+    right.loglog(share, stored_formulas.theory_contact(at), "--", color="#009e73", lw=1)
 right.loglog([3e-3, 1], [3e-3, 1], color="0.6", lw=0.8)
 left.set(xlabel="p̄/(E* h′)", title="elastic: (A/A₀)/(p̄/(E* h′))", ylim=(0.8, 3.2))
 middle.set(xlabel="p̄/(E* h′)", title="elastic: mean gap/Sq", ylim=(0, 3))

@@ -5,7 +5,7 @@ import numpy as np
 
 import atlas
 import atlas_fit
-from roughcontact.analyses.estimate import model as estimate
+from roughcontact.analyses.estimate import stored_formulas
 
 ceiling, volume = (atlas_fit.read(place) for place in (atlas.CEILING, atlas.VOLUME))
 sets = [(ceiling, "ceiling"), (volume, "volume")]
@@ -20,7 +20,7 @@ shown = (
     ("volume", "plastic volume: error [%]", "plastic volume h′/(Sq A₀)", 60),
 )
 for axes, (quantity, title, label, limit) in zip(panels.flat, shown, strict=True):
-    formula = estimate.load_atlas().formula(quantity, True)
+    formula = stored_formulas.load_atlas().formula(quantity, True)
     for cases, kind in sets:
         if quantity not in cases.found:
             continue

@@ -13,7 +13,8 @@ import pytest
 import roughcontact as rc
 from paths import ROOT
 from roughcontact.analyses.estimate.fields import BY_FORMULA
-from roughcontact.analyses.estimate.model import LEVEL, Estimate, load_atlas
+from roughcontact.analyses.estimate.model import Estimate
+from roughcontact.analyses.estimate.stored_formulas import LEVEL, load_atlas
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef
