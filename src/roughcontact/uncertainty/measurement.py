@@ -4,7 +4,8 @@
 
 A: Q of draws of the surface behind the map (`reconstruction.Reconstruction.draw`).
 B: Q of the map, times Q of random surfaces over Q of their maps, measured by the same
-instrument. Under a tip, estimates of the surfaces (`Reconstruction.simulate`) replace the maps.
+instrument. Under a tip, estimates of the surfaces (`Reconstruction.simulate`) replace the maps. Of
+worn surfaces, Q of draws over Q of their maps.
 
 The center is ``w A + (1 - w) B`` with ``w = s_B²/(s_A² + s_B²)``, s the standard deviation of K
 draws. The half width is ``√(w h_A² + (1 - w) h_B² + 2 √(w (1 - w)) (A - B)²)`` with ``h = 1.96
@@ -249,10 +250,16 @@ def _reconstruction(
 
 
 def _require_solvable(measured: Reconstruction, surface: Surface) -> Reconstruction:
-    """Return a reconstruction, on an even height scale if worn; raise `InputError` if unknown."""
+    """Return a reconstruction, with its wear if worn; raise `InputError` if unknown."""
     _require_unsmoothed(surface, measured.instrument, measured.shortest_wave)
     if measured.is_worn:
-        measured = _rescale_worn(measured)
+        if measured.hides_summits:
+            raise InputError(
+                "has summits smoother than its valleys, as worn surfaces have, and noise hides how "
+                "smooth: measure with less noise",
+                argument="surface",
+            )
+        measured = replace(measured, wear=measured.relative_roughness)
     _require_random(measured)
     return measured
 
@@ -307,21 +314,6 @@ def _rescale_intervals(
     return replace(known, intervals=tuple(intervals), remarks=(*known.remarks, remark))
 
 
-def _rescale_worn(measured: Reconstruction) -> Reconstruction:
-    """Return a worn map on an even height scale; raise `InputError` if this is unknown."""
-    unknown = {
-        "noise hides": measured.hides_summits,
-        "maps of parts do not show": bool(measured.others),
-    }
-    for why in (text for text, holds in unknown.items() if holds):
-        raise InputError(
-            f"has summits smoother than its valleys, as worn surfaces have, and {why} how smooth: "
-            "measure the whole with less noise",
-            argument="surface",
-        )
-    return measured.rescale_heights()
-
-
 def _other_map(
     item: Surface | tuple[Surface, Instrument | str], wave: float | None
 ) -> Reconstruction:
@@ -371,7 +363,8 @@ def _require_unsmoothed(surface: Surface, tool: Instrument, wave: float | None) 
 def _require_random(measured: Reconstruction) -> None:
     """Raise `InputError` for a map with structures that random surfaces do not have."""
     skewness, kurtosis = measured.structure
-    if not _MIN_SKEWNESS <= skewness <= _MAX_SKEWNESS:
+    # Wear skews heights as well, and its draws have the heights of the map.
+    if not (measured.wear or _MIN_SKEWNESS <= skewness) or skewness > _MAX_SKEWNESS:
         raise InputError(
             f"has skewed heights (Ssk {skewness:.2g}), as structured surfaces have: its waves "
             "below the resolution are not random; measure finer, and omit ",
@@ -420,7 +413,7 @@ class _ContactDraws:
             Cause.SHORT_WAVES: measured.reach < 1 / (measured.shortest_wave or 1e-300),
             Cause.SHORTEST_WAVE: measured.shortest_wave is None,
             Cause.OTHER_MAPS: bool(measured.others),
-            Cause.SUMMITS: measured.scale is not None,
+            Cause.SUMMITS: measured.wear is not None,
         }
         self.sources = [cause for cause in SOURCES if active[cause]] if draws else []
         names = [name for source in self.sources for name in SOURCES[source]]
@@ -459,7 +452,8 @@ class _ContactDraws:
             yield ("draw", k), self._solve_heights(drawn + self.smooth)
             yield ("twin", k), self._solve_heights(twin)
             # On the same grid, so that its error cancels.
-            yield ("image", k), self._solve_heights(self.estimate(image))
+            rest = self.smooth if self.measured.wear else 0.0
+            yield ("image", k), self._solve_heights(self.estimate(image) + rest)
 
         def moved(source: Cause) -> Any:
             for name, sign in itertools.product(SOURCES[source], (-1, 1)):
@@ -470,12 +464,8 @@ class _ContactDraws:
             yield "base", self._solve_heights(self.base)
 
         def finer() -> Any:
-            # On the even scale the edges of a worn plateau do not ring.
-            parts = self.measured.to_even_scale(self._draw_map({}, self.seed)[0]), self.smooth
-            drawn, smooth = (
-                filters.resample(part, (2 * ny, 2 * nx), self._method) for part in parts
-            )
-            yield "finer", self._solve_heights(self.measured.from_even_scale(drawn) + smooth)
+            heights = filters.resample(self.base, (2 * ny, 2 * nx), self._method)
+            yield "finer", self._solve_heights(heights)
 
         def loaded() -> Any:
             yield "load", self._solve_heights(result.surface.heights, load=_STEP)
@@ -503,7 +493,12 @@ class _ContactDraws:
 
     @cached_property
     def missing_correction(self) -> float:
-        """Largest share of the correction that random surfaces lack for marks and edges."""
+        """Largest share of the correction that random surfaces lack for marks and edges.
+
+        Of worn surfaces, marks are valleys that a flat does not touch.
+        """
+        if self.measured.wear:
+            return 0.0
         marks = min(self.measured.marks / _FULL_MARKS, 1.0)
         skewness = abs(self.measured.structure[0])
         edges = min(max(skewness / _GAUSSIAN - 1, 0.0), 1.0)
@@ -566,8 +561,6 @@ def _intervals(
         for index, name in enumerate(NUMBERS)
         if not (name == "saturated_fraction" and not result.saturated_fraction)
         and not (name == "max_pressure" and at_edge)
-        # On an even scale these were 5 to 21 % too high on average.
-        and not (study.measured.scale and name in _NOT_OF_WORN)
     }
     columns = {
         name: column for name, column in columns.items() if all(map(math.isfinite, column.values()))
@@ -615,9 +608,8 @@ def _corrected_interval(
     center += number.grid * factor
     squares[Cause.GRID] = (number.rest * factor) ** 2
     saturated = name == "max_pressure" and study.result.saturated_fraction > 0
-    wider = _WORN if study.measured.scale is not None else 1.0
-    if study.result.ceiling is None and name in ("contact_fraction", "mean_pressure"):
-        wider *= _ELASTIC_AREA
+    is_area = name in ("contact_fraction", "mean_pressure")
+    wider = _ELASTIC_AREA if is_area and study.result.ceiling is None else 1.0
     squares = {key: wider**2 * square for key, square in squares.items()}
     squares[Cause.MARKS] = missing**2
     if study.draws and not saturated:
@@ -678,12 +670,9 @@ _MISSING_OF_MARKS, _MISSING_OF_EDGES, _FULL_MARKS, _GAUSSIAN = 0.6, 0.4, 0.2, 0.
 # Correction, as a logarithm, from which the remaining error of the method applies in full.
 _FULL_CORRECTION = 0.1
 
-# Quantities without an interval on worn maps.
-_NOT_OF_WORN = ("approach", "stiffness", "constriction_length")
-
-# Factors of half widths for worn maps and for the elastic contact area, calibrated on 178 surfaces
-# of the virtual instrument of the package.
-_WORN, _ELASTIC_AREA = 1.6, 1.25
+# Factor of half widths of the elastic contact area, calibrated on 178 surfaces of the virtual
+# instrument of the package.
+_ELASTIC_AREA = 1.25
 
 
 def _corrected(
@@ -696,7 +685,7 @@ def _corrected(
     drawn, twin, image = (
         np.array([values[key, k] for k in range(count)]) for key in ("draw", "twin", "image")
     )
-    bracket = twin - image
+    bracket = (drawn if study.measured.wear else twin) - image
     estimate = values.get("estimate", values["map"])
     first, second = float(drawn.mean()), estimate + float(bracket.mean())
     # Regression of the draws on their deviations; the rest is random.
@@ -767,8 +756,6 @@ def _remarks(
         yield Sentence("The noise was taken as zero. Give ", ArgumentRef("noise"), ".")
     if any(item.budget.get(Cause.CORRECTIONS, 0.0) > _DISAGREEING for item in intervals):
         yield "The two ways of correcting the map disagree. Do not use the intervals."
-    if measured.scale is not None:
-        yield "The summits are worn. Approach, stiffness and constriction have no interval."
     if instrument.tip_radius:
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."
 

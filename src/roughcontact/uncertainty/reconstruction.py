@@ -18,10 +18,9 @@ step between the edges of a leveled map.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
-Worn surfaces have weaker short waves on summits. Their heights h are drawn as ``g = ∫ dh/m(h)``, a
-scale on which short waves are even: m is the roughness of the map in the shortest octave at a
-height, over the roughness of the map of a twin, iterated until both agree. Twins are Gaussian on
-this scale: translation processes (Grigoriu 1998, J. Eng. Mech. 124, 121).
+Worn surfaces have weaker short waves on summits: ``d = R(y) + m (ζ - R(M(ζ)))``, where m is the
+roughness of the map in the shortest octave at the height of R(y), over that of maps of random
+surfaces. R needs no m: it undoes the transfer of the waves that the map shows.
 
 Spectrum: power less noise over T², in fifths of an octave of the wave number q, times the lay:
 the mean power of an octave in one of 24 directions over its mean power. It is evaluated up to
@@ -44,8 +43,8 @@ Moisan 2011, doi:10.1007/s10851-010-0227-1
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property, partial
 from statistics import NormalDist
 
@@ -84,9 +83,8 @@ _DIRECTIONS = 24
 # worn; standard deviation of the median of one wave over its root-mean-square; median of the
 # magnitude of random heights.
 _CLASSES, _UNEVEN, _CHANCE, _MEDIAN = 96, 0.25, 0.83, 0.6745
-# Number of iterations for an even height scale, and the smallest roughness of a height class over
-# that of rough classes.
-_SCALES, _SMOOTHEST = 6, 0.02
+# Smallest roughness of a height class over that of random surfaces.
+_SMOOTHEST = 0.02
 # Number of twins whose maps give the roughness of summits of unworn surfaces.
 _TWINS = 3
 # Largest difference of the logarithms of two spectra of one surface in their common octave, beyond
@@ -153,7 +151,7 @@ class Reconstruction:
     form: str | None = None  # Form removed by leveling
     finer: int = 2  # Points of the surface per point of the map along an axis
     others: tuple[Reconstruction, ...] = ()  # Finer maps of the surface
-    scale: tuple[Array, Array] | None = None  # Heights, and their values on an even scale [m]
+    wear: tuple[Array, Array] | None = None  # Heights [m], and their share of short waves
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -174,7 +172,7 @@ class Reconstruction:
     @cached_property
     def power(self) -> Array:
         """Power of the waves of the map [m²]."""
-        return _power(self.to_even_scale(self.heights))
+        return _power(self.heights)
 
     @cached_property
     def limit(self) -> float:
@@ -285,8 +283,7 @@ class Reconstruction:
         for _ in range(_ROUNDS if instrument.tip_radius else 1):
             model = self.surface(result, seed, even=True)
             image = self.image(model, instrument, np.random.default_rng(seed))
-            power_seen = _power(self.to_even_scale(image))
-            _, got = _bin_power(self._wave_numbers, power_seen, self.limit)
+            _, got = _bin_power(self._wave_numbers, _power(image), self.limit)
             _, wanted = _bin_power(self._wave_numbers, self.power, self.limit)
             noise = self._noise(instrument)
             ratio = np.maximum(wanted - noise, 0.1 * wanted) / np.maximum(got - noise, 0.1 * got)
@@ -301,7 +298,7 @@ class Reconstruction:
             size = np.abs(waves)
             waves *= math.sqrt(2) / np.where(size > 0, size, 1.0)
         waves *= np.sqrt(spectrum.power_at(self.shape, self.fine) / 2) * math.prod(self.shape)
-        return self.from_even_scale(fft.irfft2(waves, self.shape))
+        return fft.irfft2(waves, self.shape)
 
     def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
         """Return the simulated map of a surface: measured, filled, leveled and split."""
@@ -325,20 +322,29 @@ class Reconstruction:
         seen = (below > 0) & (transfer > _MIN_TRANSFER)
         undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=seen)
         undo[0, 0] = 1.0
-        heights = fft.irfft2(fft.rfft2(self.to_even_scale(image)) * undo, self.heights.shape)
+        heights = fft.irfft2(fft.rfft2(image) * undo, self.heights.shape)
         return filters.resample(heights, self.shape)
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
-        """Return a draw of the surface, and a random surface with its simulated map."""
-        maps = self._drawn_scale(deviations)
-        twin, image, estimate = maps.simulate(deviations, seed)
-        drawn = estimate(self.heights) + maps.to_even_scale(twin) - estimate(image)
-        return maps.from_even_scale(drawn), twin, image
+        """Return a draw of the surface, a random surface, and its simulated map.
+
+        A worn surface has other heights than random ones: the map is that of the draw.
+        """
+        twin, image, estimate = self.simulate(deviations, seed)
+        drawn, rest = estimate(self.heights), twin - estimate(image)
+        if self.wear is None:
+            return drawn + rest, twin, image
+        heights, share = self.wear
+        summits = np.log(share[-_CLASSES // 16 :]).mean()
+        power = 1 + deviations.get("summits", 0.0) * self._summits[1] / summits
+        drawn = drawn + rest * np.interp(drawn, heights, share**power)
+        instrument = self.drawn_instrument(deviations)
+        return drawn, twin, self.image(drawn, instrument, np.random.default_rng([seed, 1]))
 
     def simulate(
         self, deviations: Deviations, seed: int
     ) -> tuple[Array, Array, Callable[[Array], Array]]:
-        """Return a random surface, its simulated map, and the function R on the even scale."""
+        """Return a random surface, its simulated map, and the function R."""
         instrument = self.drawn_instrument(deviations)
         spectrum = self.spectrum(instrument, deviations, seed)
         twin = self.surface(spectrum, seed)
@@ -364,10 +370,11 @@ class Reconstruction:
 
     @property
     def structure(self) -> tuple[float, float]:
-        """Skewness of the heights, and kurtosis of their shortest waves."""
-        even = self.to_even_scale(self.heights)
-        short, _ = self._split(even)
-        off = even - even.mean()
+        """Skewness of the heights, and kurtosis of their shortest waves, over those of wear."""
+        short, _ = self._split(self.heights)
+        if self.wear:
+            short = short / np.interp(self.heights, *self.wear)
+        off = self.heights - self.heights.mean()
         skewness = np.mean(off**3) / np.mean(off**2) ** 1.5
         return float(skewness), float(np.mean(short**4) / np.mean(short**2) ** 2)
 
@@ -400,30 +407,27 @@ class Reconstruction:
     @property
     def _summits(self) -> tuple[float, float]:
         """Roughness of the summits over that of the map, and the random standard deviation."""
-        _, rough = self._unevenness(range(_TWINS))
+        _, rough = self.relative_roughness
+        rough = rough / np.quantile(rough, 0.75)
         top, end = _CLASSES // 16, min(self.limit, 1 / (self.shortest_wave or 1e-300))
         # Relative scatter: one over the square root of the number of waves in these classes.
         waves = 0.75 * math.pi * end**2 * self._area * top / _CLASSES
         return float(rough[-top:].mean()), _CHANCE * math.sqrt((1 + 1 / _TWINS) / waves)
 
-    def _unevenness(self, seeds: Iterable[int]) -> tuple[Array, Array]:
-        """Return the ends of height classes, and their roughness over that of maps of twins."""
-        instrument, twins = self.drawn_instrument({}), []
-        for seed in seeds:
-            twin = self.surface(self.spectrum(instrument, {}, seed), seed)
-            image = self.image(twin, instrument, np.random.default_rng(seed))
-            twins.append(self._roughness(image)[1])
-        ends, local = self._roughness(self.heights)
-        rough = local / np.mean(twins, axis=0)
-        return ends, np.maximum(rough / np.quantile(rough, 0.75), _SMOOTHEST)
+    @cached_property
+    def relative_roughness(self) -> tuple[Array, Array]:
+        """Mean heights of classes, and their roughness over that of maps of random surfaces."""
+        twins = [self._roughness(self.simulate({}, seed)[1])[1] for seed in range(_TWINS)]
+        heights, local = self._roughness(self.heights)
+        return heights, np.maximum(local / np.mean(twins, axis=0), _SMOOTHEST)
 
     def _roughness(self, image: Array) -> tuple[Array, Array]:
-        """Return the ends of the height classes of a map, and their roughness in short waves."""
-        short, long = (part.ravel() for part in self._split(self.to_even_scale(image)))
+        """Return mean heights of the classes of a map, and their roughness in short waves."""
+        short, long = (part.ravel() for part in self._split(image))
         parts = np.array_split(long.argsort(), _CLASSES)
         # Medians exclude the edges of a worn plateau and the mean curvature from the roughness.
         local = [np.median(np.abs(short[part] - np.median(short[part]))) for part in parts]
-        return np.array([long.min(), *(long[part].max() for part in parts)]), np.array(local)
+        return np.array([long[part].mean() for part in parts]), np.array(local)
 
     @property
     def hides_summits(self) -> bool:
@@ -434,67 +438,25 @@ class Reconstruction:
         _, local = self._roughness(self.heights)
         return bool(noise > local[-_CLASSES // 16 :].mean() ** 2 / 2)
 
-    def rescale_heights(self) -> Reconstruction:
-        """Return the map on a height scale with short waves as high as those of twins."""
-        maps = self
-        for seed in range(_SCALES):
-            ends, rough = maps._unevenness([seed])
-            far = 10 * float(np.ptp(ends))
-            ends = ends + far * np.r_[-1, np.zeros(_CLASSES - 1), 1]
-            even = np.r_[0.0, np.cumsum(np.diff(ends) / rough)]
-            heights = maps.from_even_scale(ends)
-            even -= np.interp(self.heights, heights, even).mean()
-            maps = replace(self, scale=(heights, even))
-        return maps
-
-    def _drawn_scale(self, deviations: Deviations) -> Reconstruction:
-        """Return the map with summits smoother by a random deviation."""
-        if self.scale is None or not deviations.get("summits"):
-            return self
-        heights, even = self.scale
-        slope = np.diff(even) / np.diff(heights)
-        summits = np.log(slope[-_CLASSES // 16 :]).mean()
-        slope **= 1 + deviations["summits"] * self._summits[1] / summits
-        even = even[0] + np.r_[0.0, np.cumsum(slope * np.diff(heights))]
-        even -= np.interp(self.heights, heights, even).mean()
-        return replace(self, scale=(heights, even))
-
     def _shaped(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return a map with the expected power in waves beyond the limit."""
         q = self._wave_numbers
         expected = spectrum.power_at(self.heights.shape, self.pixel)
         expected *= self._transfer(instrument) ** 2
         expected += self._noise(instrument)
-        even = self.to_even_scale(image)
         (place, wanted), (_, got) = (
-            _bin_power(q, p, float(q.max())) for p in (expected, _power(even))
+            _bin_power(q, p, float(q.max())) for p in (expected, _power(image))
         )
         beyond = q > self.limit
         factor = np.ones(q.shape)
         factor[beyond] = np.exp(
             np.interp(np.log(q[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
         )
-        return self.from_even_scale(fft.irfft2(fft.rfft2(even) * factor, image.shape))
+        return fft.irfft2(fft.rfft2(image) * factor, image.shape)
 
     def _noise(self, instrument: Instrument) -> float:
-        """Return the noise in the power of one wave of the even scale [m²]."""
-        return self._gain * instrument.noise**2 / self.heights.size
-
-    @cached_property
-    def _gain(self) -> float:
-        """Mean square of the slope of the even scale."""
-        if self.scale is None:
-            return 1.0
-        slope = np.diff(self.scale[1]) / np.diff(self.scale[0])
-        return float(np.mean(slope[np.searchsorted(self.scale[0][1:-1], self.heights)] ** 2))
-
-    def to_even_scale(self, heights: Array) -> Array:
-        """Return the heights of a surface on the even scale."""
-        return heights if self.scale is None else np.interp(heights, *self.scale)
-
-    def from_even_scale(self, heights: Array) -> Array:
-        """Return the heights of a surface from its heights on the even scale."""
-        return heights if self.scale is None else np.interp(heights, *self.scale[::-1])
+        """Return the noise in the power of one wave [m²]."""
+        return instrument.noise**2 / self.heights.size
 
     def _transfer(self, instrument: Instrument) -> Array:
         return instrument.transfer(self.heights.shape, self.pixel, self.pixel)
