@@ -195,7 +195,7 @@ def test_contacts_are_solved_saved_and_solved_again_after_change(
 INSTRUMENT = """\
 uncertainty = true
 instrument = "measured itf.csv"
-noise = "second.npy"
+noise = "./second.npy"
 also = ["fine.npy=CSI 100x", "finer.npy"]
 """
 
@@ -459,7 +459,9 @@ def test_coating_is_rejected_by_tasks_of_bare_bodies(text: str, tmp_path: Path) 
     path.write_text(text.format(values))
     assert len(project.read_project(path)) == 2
     path.write_text(text.format(f'{values}coating = "DLC 2 um"\nceiling = "coating"'))
-    with pytest.raises(rc.InputError, match=r"line \d: coating needs task = .*, got \"law\""):
+    with pytest.raises(
+        rc.InputError, match=r"line \d: coating needs task = .*, got \"law\": the unloaded"
+    ):
         project.read_project(path)
 
 

@@ -218,12 +218,8 @@ def under_other_ceiling(result: ContactResult) -> str:
     """Return contact and gap under the second ceiling; empty without a noticeable difference."""
     known, other = result.calibration, result.calibrated
     if known is not None:
-        change = known.usual_contact_area / result.contact_area - 1
-        if abs(change) <= MIN_SHOWN_CHANGE:
-            return ""
-        share = format_share(result.contact_fraction * (1 + change))
-        usual = format_engineering(known.usual_ceiling, "Pa", 3)
-        return f"With three yield strengths ({usual}): contact {share} ({format_change(change)})"
+        is_equal = abs(known.usual_contact_area / result.contact_area - 1) <= MIN_SHOWN_CHANGE
+        return "" if is_equal else f"With three yield strengths: {with_usual_ceiling(result)}"
     if other is None or not other.differs:
         return ""
     area = format_change(other.contact_fraction / result.contact_fraction - 1)
@@ -239,6 +235,8 @@ def under_other_ceiling(result: ContactResult) -> str:
 
 def ceiling_heads(first: Any, other: Any) -> tuple[str, str]:
     """Return the heads of two columns under the two ceilings of contacts or estimates."""
+    if getattr(other, "is_of_base", False):
+        return "ceiling of the coating", "of the base"
     names = ("ceiling", "calibrated")
     names = names[::-1] if getattr(first, "calibration", None) else names
     one, two = (

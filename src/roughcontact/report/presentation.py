@@ -111,6 +111,17 @@ class Presentation:
         return self.contact
 
     @property
+    def limited(self) -> Any:
+        """Contact or result that has the ceiling."""
+        return self.result if self.contact is None else self.contact
+
+    @cached_property
+    def second(self) -> Presentation | None:
+        """Presentation of the same result under the second ceiling, if computed."""
+        other = getattr(self.result, "calibrated", None)
+        return presentation_of(other) if isinstance(other, type(self.result)) else None
+
+    @property
     def is_profile(self) -> bool:
         """Whether the bodies are profiles."""
         return self.contact is not None and self.contact.pair.is_profile
@@ -262,13 +273,9 @@ class Presentation:
     def headline(self) -> Headline:
         """Return problem, answer, key quantities and remarks."""
         heads, rows = self.numbers()
-        other = getattr(self.result, "calibrated", None)
-        if isinstance(other, type(self.result)) and not heads:
-            # The same rows under the second ceiling.
-            second = presentation_of(other)
-            limits = self.contact or self.result, second.contact or other
-            heads = ("", *phrases.ceiling_heads(*limits))
-            texts = {row[0]: row[1] for row in second.numbers()[1]}
+        if self.second is not None and not heads:
+            heads = ("", *phrases.ceiling_heads(self.limited, self.second.limited))
+            texts = {row[0]: row[1] for row in self.second.numbers()[1]}
             rows = [(*row, texts.get(row[0], ABSENT)) for row in rows]
         remarks = list(filter(None, self.remarks()))
         # The last line is the accuracy of the solution.
@@ -280,6 +287,9 @@ class Presentation:
     def summary(self) -> dict[str, Any]:
         """Return the values of the result by name, in SI units, ready for JSON."""
         numbers = stored_values(self.own("table"), self.result)
+        if self.second is not None:
+            ceiling = getattr(self.second.limited, "ceiling", None)
+            numbers["calibrated"] = {**self.second.summary(), "ceiling": ceiling}
         if self.is_listed:
             numbers |= {**stored_columns(self.own("columns"), self.result), "version": __version__}
         return numbers

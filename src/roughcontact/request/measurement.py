@@ -46,7 +46,9 @@ def _noise(text: str, argument: str) -> float | Path:
 
 def _noise_file(text: str) -> list[str]:
     """Return the file of a noise, if it is one."""
-    return [] if re.match(r"\s*[-+.\d]", text) else [text]
+    # "../second.x3p" and "2nd.x3p" are files, "1.2 nm" is a length.
+    is_length = re.fullmatch(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[^\s./\\]*\s*", text)
+    return [] if is_length else [text]
 
 
 def _transfer_file(text: str) -> list[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
-from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -252,16 +251,6 @@ def _components(comparison: Comparison) -> dict[str, Any]:
     return {name: asdict(item) for name, item in result.items() if item is not None}
 
 
-def _under_other_ceiling(comparison: Comparison, name: str) -> dict[str, Any] | None:
-    """Return groups, differences and components under the other ceiling, if known."""
-    other = getattr(comparison, name)
-    return other and {
-        "groups": _groups(other),
-        "differences": _differences(comparison, other),
-        "components": _components(other),
-    }
-
-
 def _pressures(values: Sequence[float]) -> str:
     first, last = (format_engineering(value, "Pa") for value in (values[0], values[-1]))
     below = f"; curves from {first} in {len(values)} steps" if len(values) > 1 else ""
@@ -280,9 +269,16 @@ COMPARISON = (
     Quantity("groups", of=_groups),
     Quantity("differences", of=lambda c: _differences(c, c)),
     Quantity("components", of=_components),
-    *(
-        Quantity(name, of=partial(_under_other_ceiling, name=name))
-        for name in ("base", "calibrated")
+    Quantity(
+        "base",
+        of=lambda c: (
+            c.base
+            and {
+                "groups": _groups(c.base),
+                "differences": _differences(c, c.base),
+                "components": _components(c.base),
+            }
+        ),
     ),
     Quantity(
         "worst_certificate", "certificates $ε$", part=TRUST, form=lambda v: f"{v:.1e} at most"

@@ -117,16 +117,6 @@ def _correlation_words(values: dict[str, float]) -> str:
     return text
 
 
-def _under_base(result: joint.Conductance) -> dict[str, Any] | None:
-    """Return the results under the ceiling of the base of a coated body, if known."""
-    names = ("electrical_resistance", "thermal_resistance")
-    base = result.base
-    if base is None:
-        return None
-    known = {name: getattr(base, name).tolist() for name in names}
-    return {"ceiling": base.largest.ceiling, **known}
-
-
 CONDUCTANCE = (
     *PAIR,
     Quantity("nominal_area", "[m²]"),
@@ -165,7 +155,6 @@ CONDUCTANCE = (
         ),
     ),
     Quantity("calibrated"),
-    Quantity("base", of=_under_base),
     Quantity("correlation_inputs", "for COMSOL, Ansys", form=_correlation_words),
     Quantity("draws"),
     Quantity("interval", of=lambda r: _interval(r)),
@@ -186,6 +175,10 @@ CONDUCTANCE_COLUMNS = (
     Column("length", "length [m]"),
     Column("electrical_plating", when=_is_plated),
     Column("thermal_plating", when=_is_plated),
+    *(
+        Column(f"base_{name}", f"[{unit}]", of=f"base.{name}", when=lambda r: r.base is not None)
+        for name, unit in (("electrical_resistance", "Ω"), ("thermal_resistance", "K/W"))
+    ),
     Column("electrical_resistance", "resistance [Ω]", when=_electrical),
     # Tables show the resistance of a free map, and the conductance per area of a periodic one.
     Column("thermal_resistance", "thermal [K/W]", when=_thermal, listed=lambda r: not _by_area(r)),

@@ -332,7 +332,7 @@ SLOPE_FACTORS = (1.0, 0.5, 2.0)
 _GAUSSIAN = math.sqrt(math.pi / 2)
 HEIGHT_FACTORS = (math.pi / math.sqrt(8) / _GAUSSIAN, math.sqrt(2) / _GAUSSIAN)
 
-RANGES = (
+_RANGES = (
     "contact",
     "saturated",
     "gap",
@@ -391,7 +391,7 @@ def _hardnesses(limit: float | None, *bodies: Material) -> list[float]:
 def _union(results: Sequence[Estimate]) -> Estimate:
     """Return the first estimate with the outermost ends of each interval."""
     ranges: dict[str, Any] = {}
-    for name in RANGES:
+    for name in _RANGES:
         known = [item for item in (getattr(result, name) for result in results) if item is not None]
         # A value without a formula in one of the estimates has no interval.
         ranges[name] = None

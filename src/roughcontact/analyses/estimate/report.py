@@ -6,20 +6,11 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from roughcontact.analyses.estimate.fields import length_of, share
-from roughcontact.analyses.estimate.model import RANGES, Estimate, EstimateRange
+from roughcontact.analyses.estimate.model import Estimate, EstimateRange
 from roughcontact.material.material import RIGID
 from roughcontact.references import make_use
 from roughcontact.report import phrases
-from roughcontact.report.kind import (
-    CAUTIONS,
-    PROBLEM,
-    CellTable,
-    Quantity,
-    Table,
-    Use,
-    plain_value,
-    split_label,
-)
+from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Quantity, Table, Use, split_label
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent, plain_decimal
@@ -90,13 +81,6 @@ ESTIMATE = (
         "thermal conductance in air [W/(m² K)]: per nominal area, with air at 1 bar and 25 °C in "
         "the gap",
         _conductance_text,
-    ),
-    Quantity(
-        "calibrated",
-        of=lambda e: (
-            e.calibrated
-            and {name: plain_value(getattr(e.calibrated, name)) for name in ("ceiling", *RANGES)}
-        ),
     ),
     Quantity("finish"),
     Quantity(

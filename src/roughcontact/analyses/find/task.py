@@ -36,7 +36,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         **{option.argument: request[option] for option in _WANTED},
         progress=work.look,
     )
-    largest = work.add_calibrated(loads.largest)
+    largest = loads.largest if loads.base else work.add_calibrated(loads.largest)
     answers = tuple(
         replace(item, result=largest) if item.result is loads.largest else item
         for item in loads.answers

@@ -54,8 +54,10 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             progress=watch,
         )
     last = replace(history.last, extra_cautions=work.extra_cautions)
-    other = work.add_calibrated(history.under_largest).calibrated
-    largest = replace(history.largest, calibrated=other)
+    largest = history.largest
+    if not any(request[SHIFT]):
+        other = work.add_calibrated(history.under_largest).calibrated
+        largest = replace(largest, calibrated=other)
     history = replace(history, last=last, largest=largest, extra_cautions=work.extra_cautions)
     return Outcome(request, history, last, {"reused": len(reused)})
 
@@ -116,5 +118,6 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
             initial=((PATH, "10 MPa, 0 N, 10 MPa"),),
         ),
     ),
+    uncoated="the layers under an indentation are not followed",
     presentations={"LoadHistory": "analyses.history.report:HistoryPresentation"},
 )

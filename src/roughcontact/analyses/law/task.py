@@ -144,5 +144,6 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     ),
     maps=("file", "files"),
     shares_contacts=True,
+    uncoated="the unloaded faces of a law are indented, and their layers are not followed",
     presentations={"InterfaceLaw": "analyses.law.report:LawPresentation"},
 )

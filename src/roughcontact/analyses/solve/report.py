@@ -144,18 +144,6 @@ def calibrated_numbers(result: Any) -> dict[str, str]:
     return {key: quantity_of(contact_fields.CONTACT, key).row(other).text for key in _CALIBRATED}
 
 
-def _ceilings(result: ContactResult) -> tuple[str, str]:
-    """Return the heads of two columns: ceiling of the result, and calibrated ceiling."""
-    assert result.calibrated is not None
-    if result.calibrated.is_of_base:
-        return "ceiling of the coating", "of the base"
-    factors = (
-        result.calibrated.factor * float(result.ceiling or 0) / result.calibrated.ceiling,
-        result.calibrated.factor,
-    )
-    own, other = (f"{factor:.3g} σ_Y" for factor in factors)
-    return f"ceiling {own}", f"calibrated, {other}"
-
 
 # Relative difference up to which rough and smooth contact areas are treated as equal.
 _AREA_TOLERANCE = 0.05
@@ -378,7 +366,7 @@ class ContactPresentation(Presentation):
         answer, calibrated = self.rows(brief=brief), calibrated_numbers(self.result)
         if not calibrated:
             return (), [(row, (row.text,)) for row in answer]
-        return _ceilings(self.result), [
+        return phrases.ceiling_heads(self.result, self.result.calibrated), [
             (row, (row.text, calibrated.get(row.key, ""))) for row in answer
         ]
 

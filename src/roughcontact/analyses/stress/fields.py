@@ -101,17 +101,6 @@ STRESS = (
             }
         ),
     ),
-    Quantity(
-        "calibrated",
-        of=lambda s: (
-            s.calibrated
-            and {
-                "ceiling": s.calibrated.solution.ceiling,
-                "max_von_mises": s.calibrated.max_von_mises,
-                "max_von_mises_place": plain_value(s.calibrated.max_von_mises_at),
-            }
-        ),
-    ),
     Quantity("max_tension", "largest tension [Pa]", when=_has_tension),
     Quantity(
         "max_tension_place",

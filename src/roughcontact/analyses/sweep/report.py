@@ -23,7 +23,8 @@ from roughcontact.units import format_engineering, format_percent, order_of_magn
 def _growth(curve: LoadCurve) -> str:
     first, last = (curve.steps[n].contact_area / curve.nominal_area for n in (0, -1))
     text = range_text(first, last, format_share)
-    ends = None if curve.contact is None else uncertainty.area_ends(curve.contact)
+    is_known = curve.contact is not None and not curve.intervals
+    ends = uncertainty.area_ends(curve.largest) if is_known else None
     return text if ends is None else f"{text} ({range_text(*ends, format_share)})"
 
 

@@ -134,17 +134,6 @@ _TABLE = (
         part=TRUST,
         of=lambda r: max(step.force_error for step in r.steps),
     ),
-    Quantity(
-        "calibrated",
-        of=lambda r: (
-            r.calibrated
-            and {
-                "ceiling": r.calibrated.solution.ceiling,
-                "initial_stiffness": r.calibrated.initial_stiffness,
-                **asdict(r.calibrated.last),
-            }
-        ),
-    ),
     Quantity("applications", "applications of the tangential operator", part=TRUST),
     *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
 )

@@ -135,5 +135,6 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
             initial=((FRICTION, "0.15"),),
         ),
     ),
+    uncoated="the response of layers to a traction is not computed",
     presentations={"Tangential": "analyses.tangential.report:TangentialPresentation"},
 )
