@@ -1627,3 +1627,13 @@ def test_loads_of_a_sphere_are_not_shown_as_nominal_pressures(
     out = capsys.readouterr().out
     assert "nominal)" not in out
     assert "nominal pressure" not in out
+
+
+@pytest.mark.parametrize("name", ["history", "law", "tangential"])
+def test_command_of_bare_bodies_names_the_reason(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert app.main([name, "map.npy", "--coating", "DLC 2 um"]) == app.BAD_INPUT
+    printed = capsys.readouterr().err
+    assert "--coating is not available: the" in printed
+    assert "conductance" in printed

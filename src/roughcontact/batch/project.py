@@ -382,7 +382,9 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
             raise contact.make_error(key, _unknown_key(key, known))
         if key in read or key in _COATINGS:
             wanted = " or ".join(f'"{other}"' for other in others)
-            raise contact.make_error(key, f'{key} needs task = {wanted}, got "{task.name}"')
+            reason = f": {task.uncoated}" if key in _COATINGS and task.uncoated else ""
+            text = f'{key} needs task = {wanted}, got "{task.name}"{reason}'
+            raise contact.make_error(key, text)
         del values[key]
     for key in ("name",) if task.many_maps else ("name", "file"):
         nominal = key == "file" and key not in read and "points" in values

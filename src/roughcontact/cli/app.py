@@ -280,7 +280,7 @@ def _expanded_option(arguments: list[str]) -> str | None:
 
 
 def _moved_option(arguments: list[str]) -> str | None:
-    """Return the sentence on an option that is a setting or gone, None if there is none."""
+    """Return the sentence on an option that is a setting, gone or missing with a reason."""
     command = tasks.COMMANDS.get(arguments[0])
     for word, following in zip(arguments, [*arguments[1:], ""], strict=True):
         name, sign, value = word.partition("=")
@@ -294,6 +294,10 @@ def _moved_option(arguments: list[str]) -> str | None:
         if name in REMOVED:
             other, form = REMOVED[name]
             return f"--{name} is gone: give --{other} {shlex.quote(form.format(value))}"
+        is_coating = name in [coating.name for coating in options.COATINGS]
+        if is_coating and option is None and (reason := getattr(command, "uncoated", "")):
+            others = ", ".join(t.name for t in TASKS if options.COATING in t.options)
+            return f"--{name} is not available: {reason}; {others} include layers"
     return None
 
 

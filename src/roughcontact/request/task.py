@@ -169,6 +169,7 @@ class Task(Command):
     needs_map: bool = True  # Whether a map or a nominal body is required
     shares_contacts: bool = False  # Whether its contacts may be cached for other tasks
     in_projects: bool = True  # Whether project files may contain it
+    uncoated: str = ""  # Why it takes no coatings, if it solves contacts without them
     pieces: Subtasks | None = None  # Subtasks, if any
     reads_map: bool = True
     presentations: Mapping[str, str] = field(default_factory=dict)  # By class of results

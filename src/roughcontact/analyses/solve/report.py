@@ -144,7 +144,6 @@ def calibrated_numbers(result: Any) -> dict[str, str]:
     return {key: quantity_of(contact_fields.CONTACT, key).row(other).text for key in _CALIBRATED}
 
 
-
 # Relative difference up to which rough and smooth contact areas are treated as equal.
 _AREA_TOLERANCE = 0.05
 
