@@ -619,13 +619,20 @@ def conductance(
     return replace(result, messages=(*result.messages, *more))
 
 
+def _faces(result: Conductance) -> list[Conductor]:
+    """Return the conductors that touch: the outermost layers, or the bodies."""
+    metals = result.largest.material, result.largest.counter_material
+    return [
+        catalog.conductor_of(metal.coating[0].name) if metal.coating else body
+        for metal, body in zip(metals, result.bodies, strict=True)
+    ]
+
+
 def _oxide(result: Conductance) -> Iterator[Caution]:
     """Yield the caution on films of oxide, unless a film is given or both faces are noble."""
-    pair, resistance = result.largest.pair, float(result.electrical_resistance[-1])
-    bodies = zip((pair.material, pair.counter_material), result.bodies, strict=True)
-    names = [metal.coating[0].name if metal.coating else body.name for metal, body in bodies]
-    area = result.steps[-1].contact_area
-    if result.film or not area * resistance > 0 or all(name in NOBLE for name in names):
+    area, resistance = result.steps[-1].contact_area, float(result.electrical_resistance[-1])
+    is_noble = all(face.name in NOBLE for face in _faces(result))
+    if result.film or not area * resistance > 0 or is_noble:
         return
     share = TUNNEL_FILM / area / resistance
     yield (as_caution if share > MIN_OXIDE_SHARE else as_note)(
@@ -643,7 +650,7 @@ def _melting_cautions(result: Conductance) -> Iterator[Caution]:
         ("melting_voltage", "melt and weld", as_warning),
         ("softening_voltage", "soften and grow", as_caution),
     ):
-        known = [(value, body.name) for body in result.bodies if (value := getattr(body, limit))]
+        known = [(value, body.name) for body in _faces(result) if (value := getattr(body, limit))]
         lowest, name = min(known, default=(math.inf, ""))
         if voltage > lowest:
             yield severity(

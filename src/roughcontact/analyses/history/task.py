@@ -53,11 +53,11 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             folder=request[options.FOLDER],
             progress=watch,
         )
+        largest = history.largest
+        if not any(request[SHIFT]):
+            other = work.add_calibrated(history.under_largest).calibrated
+            largest = replace(largest, calibrated=other)
     last = replace(history.last, extra_cautions=work.extra_cautions)
-    largest = history.largest
-    if not any(request[SHIFT]):
-        other = work.add_calibrated(history.under_largest).calibrated
-        largest = replace(largest, calibrated=other)
     history = replace(history, last=last, largest=largest, extra_cautions=work.extra_cautions)
     return Outcome(request, history, last, {"reused": len(reused)})
 

@@ -69,10 +69,10 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             folder=request[options.FOLDER],
             progress=watch,
         )
+        if curve.ceiling is not None and curve.base is None:
+            curve = replace(curve, contact=work.add_calibrated(curve.largest))
     if request[measurement.UNCERTAINTY]:
         curve = measured_curve(request, curve, work.look)
-    if curve.ceiling is not None and curve.base is None:
-        curve = replace(curve, contact=work.add_calibrated(curve.largest))
     curve = replace(curve, extra_cautions=work.extra_cautions)
     return Outcome(request, curve, extras={"reused": len(reused)})
 

@@ -52,8 +52,8 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     arguments |= request.arguments(work.maps)
     with work.report_saved_steps_on_interrupt(FILES, "step") as (watch, reused):
         result = wear(work.maps[0], progress=watch, **arguments)
+        first = work.add_calibrated(result.first)
     last = replace(result.last, extra_cautions=work.extra_cautions)
-    first = work.add_calibrated(result.first)
     return Outcome(request, replace(result, first=first, last=last), last, {"reused": len(reused)})
 
 
