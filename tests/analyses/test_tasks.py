@@ -38,10 +38,9 @@ assert entry.request.values["stretch"] == 3.0
 """
 ON_PAGE = """
 from pathlib import Path
-from roughcontact.desk.controls import PREPARATION_OPTIONS
-from roughcontact.desk.inputs_panel import PreparationPanel
+from roughcontact.desk.inputs_panel import GROUPS, PreparationPanel
 from roughcontact.desk.session import Session
-assert "stretch" in PREPARATION_OPTIONS
+assert "stretch" in GROUPS["preparation"]
 session = Session(Path("page.toml"), lambda what: None)
 panel = PreparationPanel(session, session.set_option, lambda: None)
 session.set_option("stretch", "3")
