@@ -58,13 +58,15 @@ def lacking() -> list[str]:
 class Served:
     """The program, which can be ended and started again on the same folder."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, *words: str) -> None:
+        self.folder, self._words = folder, words
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self.port = int(free.getsockname()[1])
         self.process: subprocess.Popen[str] | None = None
         self.token = ""
+        # The address of the project with the map of the command.
+        self.first = ""
         self.start()
 
     @property
@@ -76,6 +78,7 @@ class Served:
         """Start it, and wait until it listens."""
         about = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
         command = ["desk", "--no-browser", "--folder", str(self.folder), "--port", str(self.port)]
+        command += self._words
         self.process = subprocess.Popen(
             [sys.executable, "-m", "roughcontact", *command],
             stdout=subprocess.PIPE,
@@ -83,7 +86,8 @@ class Served:
             env=about,
         )
         assert self.process.stdout is not None
-        found = re.match(r"http://.*[?]token=([\w-]+)", self.process.stdout.readline())
+        self.first = self.process.stdout.readline().strip()
+        found = re.match(r"http://.*[?]token=([\w-]+)", self.first)
         assert found is not None
         self.token = found[1]
 

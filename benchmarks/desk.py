@@ -190,9 +190,41 @@ def row(name: str, text: str) -> None:
     print(f"| {name} | {text} | {os.getloadavg()[0]:.1f} |", flush=True)
 
 
+# The second frame after the heights have arrived.
+_FIRST_MAP = """() => new Promise((done) => {
+  const look = () => {
+    const models = [...(window.Bokeh?.documents?.[0]?._all_models?.values() ?? [])];
+    const shown = models.some((m) => m.type == "ColumnDataSource" && m.data.heights?.length);
+    requestAnimationFrame(shown ? () => requestAnimationFrame(done) : look);
+  };
+  look();
+})"""
+
+
+def first_map(started: Any, folder: Path, points: int) -> float:
+    """Return the time from the command with a map to its picture [s]."""
+    path = made(folder, points)
+    start = time.perf_counter()
+    served = Served(folder / "first", str(path))
+    try:
+        seat = Seat(started, served.first)
+        seat.page.evaluate(_FIRST_MAP)
+        seconds = time.perf_counter() - start
+        seat.page.close()
+    finally:
+        served.kill()
+    return seconds
+
+
 def measure(given: argparse.Namespace, folder: Path) -> None:
     """Print the rows."""
     with browser() as started:
+        for points in given.points:
+            times = [first_map(started, folder, points) for _ in range(3)]
+            row(
+                f"command to first map, {points}², 3 runs",
+                f"median {statistics.median(times):.2f} s",
+            )
         start = time.perf_counter()
         served = Served(folder / "works")
         try:

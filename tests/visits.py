@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from roughcontact.desk.page import Page
+    from roughcontact.desk.session import Session
 
 PATIENCE = 60.0
 GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
@@ -34,3 +35,11 @@ def solve_and_show(page: Page) -> None:
     waiting = page._document.waiting
     while waiting:
         waiting.pop(0)()
+
+
+def give_all(session: Session, specified: dict[str, str | bool]) -> None:
+    """Set several options of a session as one step."""
+    state = session.state
+    for name, value in specified.items():
+        state = state.with_option(name, value)
+    session._change_state(state)

@@ -89,11 +89,11 @@ TASK = Task(
 ANSWERED = """
 from pathlib import Path
 from roughcontact.desk.analysis_jobs import ANALYSES, run_analysis
-from roughcontact.desk.job_panels import OptionsForm
+from roughcontact.desk.job_panels import AnalysisForm
 from roughcontact.desk.session import SessionState
 (task, question), = (one for one in ANALYSES if one[0].name == "height")
-form = OptionsForm(task, question)
-form._set_option("factor", "3")
+form = AnalysisForm(task, question)
+form.set_option("factor", "3")
 state = SessionState(file=Path("map.npy"))
 for name, value in {"unit": "um", "size": "24 um", "material": "100Cr6", "load": "1 N"}.items():
     state = state.with_option(name, value)

@@ -17,6 +17,7 @@ from roughcontact.desk.analysis_jobs import ANALYSES, JOINTS
 from roughcontact.desk.job_panels import AnalysisPanel
 from roughcontact.desk.session import Session
 from roughcontact.desk.workers import WorkerPool
+from visits import give_all
 
 PATIENCE = 60.0
 GIVEN = {
@@ -39,7 +40,7 @@ class Seat:
         self.waiting: list[Callable[[], None]] = []
         self.session = Session(folder / "project.toml", lambda _: None)
         self.session.open_map(folder / "map.npz")
-        self.session.give_all({**GIVEN, **more})
+        give_all(self.session, {**GIVEN, **more})
         assert self.session.wait(PATIENCE)
         (folder / "made").mkdir()
         visit: Any = SimpleNamespace(
@@ -52,7 +53,7 @@ class Seat:
     def start(self, name: str) -> None:
         """Press the button of an analysis, and let the page show what comes."""
         self.joint._choice.value = name
-        self.joint._started()
+        self.joint._working.start()
         last = time.monotonic() + PATIENCE
         while self.joint._working._job is not None and time.monotonic() < last:
             while self.waiting:
@@ -81,7 +82,7 @@ def test_joint_analyses_show_results_and_commands(tmp_path: Path, bench: WorkerP
     for number, (task, question) in enumerate(JOINTS, 1):
         form = seat.joint._forms[question.name]
         for name, text in (("to", "10 MPa"), ("steps", "2")):
-            form._set_option(name, text)
+            form.set_option(name, text)
         seat.start(question.name)
         assert "Done in" in seat.said, seat.said
         assert f"roughcontact {task.name} " in seat.shown
@@ -121,7 +122,7 @@ def test_invalid_input_is_reported_in_one_sentence(tmp_path: Path, bench: Worker
     seat.start("Conductance")
     assert "PEEK has none" in seat.said
     with pytest.raises(rc.InputError, match="from"):
-        seat.joint._forms["Conductance"]._set_option("from", "1 banana")
+        seat.joint._forms["Conductance"].set_option("from", "1 banana")
     seat.session.close()
 
 

@@ -65,7 +65,7 @@ def test_drawn_box_selects_rows_and_columns_of_the_map(maps):
 
 
 def test_dragged_color_limits_stay_until_their_bar_is_double_clicked(maps):
-    surface = maps._surface
+    surface = maps.surface
     results = [rc.solve(surface, load=load, material=STEEL) for load in (0.2, 0.6)]
     maps.show_contact(surface, results[0])
     mapper, whole = maps.mappers[PRESSURE], maps.mappers[PRESSURE].high

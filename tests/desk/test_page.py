@@ -23,7 +23,7 @@ from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.workers import JobStage, WorkerPool
-from visits import GIVEN, PATIENCE, Loop, Pressed, solve_and_show
+from visits import GIVEN, PATIENCE, Loop, Pressed, give_all, solve_and_show
 
 
 @pytest.fixture
@@ -62,7 +62,7 @@ def test_page_lists_missing_inputs_and_then_shows_contact(page: Page, tmp_path: 
     assert missing_inputs(page) == ["Material", "Extent", "Load"]
     page._give_option("material", "100Cr6")
     assert missing_inputs(page) == ["Extent", "Load"]
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     assert "converged" in results_of(page)
     assert "10 mN" in numbers_of(page)
@@ -98,7 +98,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     page: Page, tmp_path: Path
 ) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     assert is_old(page)
     solve_and_show(page)
     assert not is_old(page)
@@ -137,7 +137,7 @@ def test_two_pages_on_one_project_follow_each_other(
     first._document = Loop()
     seen.append(page._visit)
     first._run_action(lambda: first.session.open_map(map_file(tmp_path)))
-    first._run_action(lambda: first.session.give_all(dict(GIVEN)))
+    first._run_action(lambda: give_all(first.session, dict(GIVEN)))
     for one in (first, page):
         solve_and_show(one)
         assert "10 mN" in numbers_of(one)
@@ -151,7 +151,7 @@ def test_two_pages_on_one_project_follow_each_other(
 @pytest.mark.long
 def test_map_with_holes_is_shown_and_reported(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path, holes=3)))
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     assert "3 missing points" in text_of(page._notice)
     assert page.view.maps.sources[HEIGHTS].data["x"]
@@ -162,13 +162,13 @@ def test_empty_file_is_rejected_with_name_of_user(page: Page, work: SavedProject
     path = work.folder / "map-1.opd"
     path.touch()
     page._run_action(lambda: page.session.open_map(path, "mine.opd"))
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     assert "mine.opd is empty" in text_of(page._notice)
     assert work.key not in text_of(page._notice)
     page._views.strip.active = 5
     take = page._views._created[5]
-    take._started()
+    take._working.start()
     assert take._working._job.wait(PATIENCE) is not None
     solve_and_show(page)
     assert "mine.opd is empty" in text_of(take._working._status)
@@ -203,7 +203,7 @@ def test_section_without_map_is_saved_and_not_drawn(page: Page, work: SavedProje
 @pytest.mark.long
 def test_failed_step_can_be_removed(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
-    page._run_action(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
+    page._run_action(lambda: give_all(page.session, {**GIVEN, "crop": "0:9999,:"}))
     solve_and_show(page)
     assert page.session.failure is not None
     steps = page._preparation._steps
@@ -217,7 +217,7 @@ def test_failed_step_can_be_removed(page: Page, tmp_path: Path) -> None:
 @pytest.mark.long
 def test_every_panel_is_built_and_shows_contact(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     strip = page._views.strip
     for number in range(len(strip.names)):
@@ -268,7 +268,7 @@ def test_large_map_takes_more_than_half_of_the_window() -> None:
 @pytest.mark.long
 def test_slider_sets_displayed_load(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
-    page._run_action(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
+    page._run_action(lambda: give_all(page.session, {**GIVEN, "load": "1 MPa"}))
     solve_and_show(page)
     position = page._load.slider.value + 25
     page._load.slider.moved = {"value": position, "done": True, "count": 1}
@@ -283,12 +283,12 @@ def test_slider_sets_displayed_load(page: Page, tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) -> None:
-    from roughcontact.desk import load_panel
+    from roughcontact.desk import header
 
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
-    page._load.form.value = load_panel.NOMINAL
+    page._load.form.value = header.NOMINAL
     assert page.session.state.specified["load"] == "13 MPa"
     page._load.text.value = "13 furlongs"
     assert page._load._wrong.visible
@@ -303,7 +303,7 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     path = tmp_path / "map.npz"
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
     page._run_action(lambda: page.session.open_map(path))
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     state = page.session.state
     page._load.slider.moved = {"value": 200, "done": False, "count": 1}
@@ -316,7 +316,7 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     page._load.slider.moved = {"value": page._load.slider.value, "done": True, "count": 2}
     solve_and_show(page)
     assert "Up to date" in text_of(page._header.state)
-    assert page.view.maps._result.pressure is page.session.outcome.contact.pressure
+    assert page.view.maps.result.pressure is page.session.outcome.contact.pressure
     page._load.slider.moved = {"value": 200, "done": True, "count": 3}
     solve_and_show(page)
     outcome = page.session.outcome
@@ -332,13 +332,13 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
 @pytest.mark.long
 def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     page._views.strip.active = 1
     ask = page._views._created[1]
-    request = page.session.state.request(FIND, contact_fraction="5 %")
-    found = analysis_jobs.run_analysis(lambda _: None, request, True)
-    ask._show_outcome(found, "Load search", request)
+    ask._choice.value = "Load search"
+    _, take, request, _ = ask._prepare()
+    take(analysis_jobs.run_analysis(lambda _: None, request, True))
     lead, use = ask._answers["Load search"].root[:2]
     assert "5 % in contact needs" in text_of(lead)
     use.clicks += 1
@@ -353,7 +353,7 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
     heights = 1e-7 * np.add.outer(np.linspace(-1, 1, 24) ** 2, np.linspace(-1, 1, 32) ** 2)
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
     page._run_action(lambda: page.session.open_map(path))
-    page._run_action(lambda: page.session.give_all({**GIVEN, "boundary": "free"}))
+    page._run_action(lambda: give_all(page.session, {**GIVEN, "boundary": "free"}))
     solve_and_show(page)
     assert "warning" in page._header.count.label
     page._header.count.clicks += 1
@@ -388,7 +388,7 @@ def drop(page: Page, path: Path, name: str) -> None:
 def test_refused_file_leaves_map_and_result(page: Page, work: SavedProject, tmp_path: Path) -> None:
     (work.folder / "map-1.npz").write_bytes(map_file(tmp_path).read_bytes())
     drop(page, work.folder / "map-1.npz", "mine.npz")
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     state, numbers = page.session.state, numbers_of(page)
     assert state.name_of(state.file) == "mine.npz"
@@ -420,7 +420,7 @@ def test_load_is_shown_in_the_unit_of_the_user(page: Page, tmp_path: Path) -> No
     # No load is given: the slider shows none.
     assert page._load.slider.value == -1
     assert page._load.slider.texts
-    page._run_action(lambda: page.session.give_all({**GIVEN, "load": "10 MPa"}))
+    page._run_action(lambda: give_all(page.session, {**GIVEN, "load": "10 MPa"}))
     solve_and_show(page)
     assert page._load.slider.value > 0
     assert "<dt>Load</dt><dd>10 MPa</dd><small>7.68 mN</small>" in numbers_of(page)
@@ -435,27 +435,27 @@ def test_load_is_shown_in_the_unit_of_the_user(page: Page, tmp_path: Path) -> No
 @pytest.mark.long
 def test_result_of_an_analysis_stays_with_its_form(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
-    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     page._views.strip.active = 1
     analyze = page._views._created[1]
     name = "Load search"
     analyze._choice.value = name
-    analyze._forms[name]._set_option("contact-fraction", "5 %")
-    request = analyze._request(name)
-    found = analysis_jobs.run_analysis(lambda _: None, request, True)
+    analyze._forms[name].set_option("contact-fraction", "5 %")
+    work, take, request, over_pressure = analyze._prepare()
+    found = work(lambda _: None, request, over_pressure)
     analyze._choice.value = "Load curve"
     # The result arrives while another form is shown.
-    analyze._show_outcome(found, name, request)
+    take(found)
     assert len(analyze._answer[0]) == 0
     analyze._working.show_refusal("no")
     analyze._choice.value = name
     assert text_of(analyze._working._status) == ""
     assert "5 % in contact" in text_of(analyze._answer[0][0])
     assert analyze._answer[0].styles == style.NEW
-    analyze._forms[name]._set_option("contact-fraction", "6 %")
+    analyze._forms[name].set_option("contact-fraction", "6 %")
     assert analyze._answer[0].styles == style.OLD
-    analyze._forms[name]._set_option("contact-fraction", "5 %")
+    analyze._forms[name].set_option("contact-fraction", "5 %")
     assert analyze._answer[0].styles == style.NEW
     # The search does not depend on the load, but on the bodies.
     page._set_option("load", "1 N")
@@ -467,7 +467,7 @@ def test_result_of_an_analysis_stays_with_its_form(page: Page, tmp_path: Path) -
 def test_analyses_of_minutes_are_prepared_commands(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path), "mine.npz"))
     roller = {"counter-body": "cylinder 5 mm 90 deg"}
-    page._run_action(lambda: page.session.give_all({**GIVEN, **roller}))
+    page._run_action(lambda: give_all(page.session, {**GIVEN, **roller}))
     page._views.strip.active = 1
     analyze = page._views._created[1]
     for name, task in (("Elastoplastic model", "solve"), ("Repeated passes", "roll")):
@@ -540,7 +540,7 @@ def test_steps_of_the_preparation_are_removed_at_their_line(page: Page, tmp_path
 def test_coated_body_is_solved(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(
-        lambda: page.session.give_all({**GIVEN, "coating": "DLC 2 um", "ceiling": "base"})
+        lambda: give_all(page.session, {**GIVEN, "coating": "DLC 2 um", "ceiling": "base"})
     )
     solve_and_show(page)
     contact = page.session.outcome.contact

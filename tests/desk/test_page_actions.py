@@ -25,14 +25,14 @@ import roughcontact as rc
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 from roughcontact.desk import header, style
-from roughcontact.desk.load_panel import form_of
+from roughcontact.desk.header import form_of
 from roughcontact.desk.maps import NAMES
 from roughcontact.desk.page import Page
 from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import from_script
 from roughcontact.desk.workers import WorkerPool
-from visits import GIVEN, PATIENCE, Loop, Pressed, solve_and_show
+from visits import GIVEN, PATIENCE, Loop, Pressed, give_all, solve_and_show
 
 _POOL: list[WorkerPool] = []
 
@@ -73,7 +73,7 @@ class Actions(RuleBasedStateMachine):
         self.page._run_action(lambda: self.page.session.open_map(self.maps[number]))
         if complete:
             load = "1 N/m" if number == 2 else GIVEN["load"]
-            self.page._run_action(lambda: self.page.session.give_all({**GIVEN, "load": load}))
+            self.page._run_action(lambda: give_all(self.page.session, {**GIVEN, "load": load}))
 
     @rule(place=st.integers(0, 300), done=st.booleans())
     def slide(self, place: int, done: bool) -> None:

@@ -256,6 +256,22 @@ def test_long_solve_is_canceled_while_page_responds(seat: Seat) -> None:
 
 
 @pytest.mark.slow
+def test_start_right_after_a_change_of_tab_starts_the_new_panel(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    start = page.get_by_role("button", name="Start").locator("visible=true")
+    seat.turn("Analyze")
+    start.wait_for()
+    # At once: the panel of before is still there.
+    seat.turn("Joint")
+    start.click()
+    page.get_by_text("s so far").locator("visible=true").wait_for()
+    assert page.get_by_label("Interface law").is_visible()
+    page.get_by_role("button", name="Cancel").locator("visible=true").click()
+    page.get_by_text("Canceled; nothing is saved.").wait_for()
+
+
+@pytest.mark.slow
 def test_invalid_file_is_rejected_in_one_sentence(seat: Seat, measured_file: Path) -> None:
     seat.bring(measured_file, measured_file.name)
     specify_and_solve(seat)

@@ -18,7 +18,7 @@ pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 from browsing import Seat, Served, browser, lacking
 from roughcontact.desk import relief
-from roughcontact.desk.maps import HEIGHTS, PRESSURE, MapsView, result_scales
+from roughcontact.desk.maps import PRESSURE, MapsView, result_scales
 from roughcontact.desk.session import Session
 from roughcontact.drawing.style import OPEN
 
@@ -38,7 +38,7 @@ def path(tmp_path: Path) -> Path:
 @pytest.fixture
 def view(tmp_path: Path) -> Iterator[relief.ReliefView]:
     session = Session(tmp_path / "project.toml", lambda _: None)
-    yield relief.ReliefView(session, MapsView().bars)
+    yield relief.ReliefView(session, MapsView())
     session.close()
 
 
@@ -49,9 +49,8 @@ def show_view(view: relief.ReliefView, **given: str) -> Any:
     assert session.wait(PATIENCE)
     outcome = session.outcome
     result = None if outcome is None else outcome.contact
-    for key, scale in {} if result is None else result_scales(result).items():
-        low, high = scale.limits.low * scale.factor, scale.limits.high * scale.factor
-        relief.style.set_bar(view._bars[key], low, high, scale.unit)
+    assert session.prepared is not None
+    view._maps.show_contact(session.prepared.surfaces[0], result)
     view.refresh()
     return result
 
@@ -82,14 +81,14 @@ def test_the_browser_gets_the_heights_and_the_colors_of_the_pressure(
     levels = levels_of(view._canvas)
     np.testing.assert_array_equal(levels > 0, result.pressure > 0)
     # A level is as much of the color bar as the pressure is of its top.
-    limit = result_scales(result)[PRESSURE].limits.high
+    limit = result_scales(result)[PRESSURE].high
     inside = (result.pressure > 0) & (result.pressure <= limit)
     np.testing.assert_allclose(
         (levels[inside] - 0.5) / 254, result.pressure[inside] / limit, atol=0.5001 / 254
     )
     canvas = view._canvas
     assert len(canvas.palette) == 256
-    mapper = view._bars[PRESSURE].color_mapper
+    mapper = view._maps.bars[PRESSURE].color_mapper
     assert (canvas.palette[0], canvas.palette[1]) == (OPEN, mapper.palette[0])
     assert canvas.palette[254:] == [mapper.palette[-1], mapper.high_color]
 
@@ -108,13 +107,15 @@ def test_another_load_sends_no_heights_again(view: relief.ReliefView, path: Path
     sent.clear()
     view.refresh()
     assert sent == []
+    # Color limits are those of the map.
+    view._maps.mappers[PRESSURE].high /= 2
+    view.refresh()
+    assert sent == ["colors"]
 
 
 @pytest.mark.long
 def test_map_without_contact_has_colors_of_heights(view: relief.ReliefView, path: Path) -> None:
     view._session.open_map(path)
-    bar = view._bars[HEIGHTS]
-    relief.style.set_bar(bar, -300, 300, "nm")
     assert show_view(view) is None
     assert json.loads(view._canvas.colors[0])["title"] == "Heights"
     assert len(np.unique(levels_of(view._canvas))) > 100

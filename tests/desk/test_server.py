@@ -53,7 +53,7 @@ class Desk:
         self.server = Server(lambda: self.page, Settings(**{"folder": folder, "port": 0, **more}))
         self.thread = threading.Thread(target=self.server.run, daemon=True)
         self.thread.start()
-        assert self.server.wait(PATIENCE)
+        assert self.server._ready.wait(PATIENCE)
         parts = urlsplit(self.server.url)
         shown = self.ask(f"/?{parts.query}", Host=parts.netloc)
         assert shown.status == 302

@@ -24,6 +24,7 @@ from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.request.options import LEVEL
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.run import run_request
+from visits import give_all
 
 PATIENCE = 60.0
 
@@ -71,7 +72,7 @@ def wait_for_outcome(session: Session) -> Outcome:
 
 def test_contact_follows_options(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     first = wait_for_outcome(session).contact
     session.set_option("load", "20 mN")
     second = wait_for_outcome(session).contact
@@ -83,7 +84,7 @@ def test_contact_follows_options(session: Session, tmp_path: Path) -> None:
 
 def test_the_numbers_are_those_of_the_command(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     for load in ("30 mN", "1 mN", "10 mN"):
         session.set_option("load", load)
         shown = wait_for_outcome(session).contact
@@ -102,7 +103,7 @@ def test_a_map_shows_before_anything_can_be_solved(session: Session, tmp_path: P
 
 def test_failure_is_reported_and_map_remains_shown(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz", holes=2))
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     assert session.wait(PATIENCE)
     assert session.failure is not None
     assert "2 missing points" in session.failure.error.message_for()
@@ -135,7 +136,7 @@ def test_only_last_of_several_loads_is_solved(tmp_path: Path) -> None:
 
     session = Session(tmp_path / "project.toml", wait_while_reading)
     session.open_map(save_map(tmp_path, "a.npz"))
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     for load in ("1 mN", "2 mN", "3 mN", "4 mN"):
         session.set_option("load", load)
     reading.set()
@@ -184,7 +185,7 @@ def test_preview_precedes_calibrated_ceiling(
     session: Session, heard: Heard, tmp_path: Path
 ) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
-    session.give_all({**GIVEN, "load": "1 N"})
+    give_all(session, {**GIVEN, "load": "1 N"})
     whole = wait_for_outcome(session).contact
     previews = [what for what in heard.all if isinstance(what, Preview)]
     first = previews[-1].contact
@@ -199,7 +200,7 @@ def test_preview_precedes_calibrated_ceiling(
 def test_the_map_is_read_and_prepared_once(session: Session, tmp_path: Path) -> None:
     path = save_map(tmp_path, "a.npz")
     session.open_map(path)
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     wait_for_outcome(session)
     assert session.prepared is not None
     before = session.prepared.surfaces
@@ -214,7 +215,7 @@ def test_the_map_is_read_and_prepared_once(session: Session, tmp_path: Path) -> 
 def test_a_file_that_changes_is_read_again(session: Session, tmp_path: Path) -> None:
     path = save_map(tmp_path, "a.npz")
     session.open_map(path)
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     first = wait_for_outcome(session).contact
     rc.Surface(2e-7 * np.random.default_rng(7).standard_normal((20, 20)), (1e-6, 1e-6)).save(path)
     session.set_option("level", "mean")
@@ -226,7 +227,7 @@ def test_a_file_that_changes_is_read_again(session: Session, tmp_path: Path) -> 
 
 def test_reopened_session_restores_project(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"), "the real name.opd")
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     session.pin()
     session.draw_line((0.0, 0.0, 1e-5, 1e-5))
     again = Session(session.project, lambda _: None)
@@ -253,7 +254,7 @@ def test_undo_reverts_one_step_at_a_time(session: Session, tmp_path: Path) -> No
 
 def test_undo_history_survives_reload(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     before = session.state
     session.set_option("load", "20 mN")
     session.set_option("load", "30 mN")
@@ -276,7 +277,7 @@ def test_undo_history_survives_reload(session: Session, tmp_path: Path) -> None:
 
 def test_states_of_a_comparison_keep_their_names(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     session.pin()
     session.set_option("load", "20 mN")
     assert not session.state.is_first
@@ -351,7 +352,7 @@ class Desk(RuleBasedStateMachine):
     @rule(number=st.sampled_from([0, 2]), load=st.sampled_from(["1 mN", "20 MPa"]))
     def press(self, number: int, load: str) -> None:
         self.session.open_map(self.maps[number])
-        self.session.give_all({**GIVEN, "load": load})
+        give_all(self.session, {**GIVEN, "load": load})
 
     @rule(number=st.integers(0, 4), name=st.text(max_size=8))
     def bring(self, number: int, name: str) -> None:
@@ -533,7 +534,7 @@ def test_a_state_that_is_complete_can_be_run_from_its_file(
     session: Session, tmp_path: Path
 ) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
-    session.give_all(dict(GIVEN))
+    give_all(session, dict(GIVEN))
     session.pin()
     session.set_option("load", "20 mN")
     entries = {entry.name: entry.request for entry in project.read_project(session.project)}

@@ -16,7 +16,7 @@ from tornado import web
 from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.routing import AnyMatches, Matcher, Rule, RuleRouter
 
-from roughcontact.errors import shorten_message
+from roughcontact import errors
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """Host names of this machine."""
@@ -104,12 +104,12 @@ def guard_application(
     refusing = web.Application(
         [(r".*", _RefusedHandler, {"door": door})],
         transforms=[GuardedApplication],
-        log_function=_log_nothing,
+        log_function=log_nothing,
     )
     entrance = web.Application(
         [(r".*", _EntryHandler, {"door": door, "find": find, "create": create})],
         transforms=[GuardedApplication],
-        log_function=_log_nothing,
+        log_function=log_nothing,
     )
     return RuleRouter(
         [
@@ -166,7 +166,9 @@ class _RefusedHandler(web.RequestHandler):
     def prepare(self) -> None:
         self.set_status(403)
         self.set_header("Content-Type", "text/plain; charset=UTF-8")
-        self.finish(f"roughcontact desk: {shorten_message(self._door.refusal(self.request))}\n")
+        self.finish(
+            f"roughcontact desk: {errors.shorten_message(self._door.refusal(self.request))}\n"
+        )
 
 
 class _EntryHandler(web.RequestHandler):
@@ -196,5 +198,5 @@ class _EntryHandler(web.RequestHandler):
         self.redirect(f"/?{urlencode({WORK: key or self._create()})}")
 
 
-def _log_nothing(handler: web.RequestHandler) -> None:
+def log_nothing(handler: web.RequestHandler) -> None:
     """Log nothing."""

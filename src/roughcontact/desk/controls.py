@@ -10,16 +10,12 @@ from typing import Any
 
 import panel as pn
 
-from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.cautions import Caution, CautionTag, Severity
+import roughcontact as rc
+from roughcontact import cautions as caution_types, errors
 from roughcontact.desk import style, workers
-from roughcontact.desk.session import LOADS, PAGE, Session, Value
-from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, render_message
+from roughcontact.desk.session import LOADS, PAGE, SOLVE, Session, Value
 from roughcontact.report import phrases
-from roughcontact.request import options
-from roughcontact.request.options import Option
-from roughcontact.request.request import Request
-from roughcontact.request.task import Command, Task
+from roughcontact.request import options, task as commands
 
 GROUPS: dict[str, list[str]] = {
     **PAGE["groups"],
@@ -32,7 +28,7 @@ SHOWN_OPTIONS = {*LOADS, *(name for group in GROUPS.values() for name in group)}
 _MAPS = {"file": "the map", "counter_surface": "map of the counter-body"}
 
 
-def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
+def spell_for_page(mention: errors.ArgumentRef, task: commands.Command = SOLVE) -> str:
     """Return an argument in the terms of the page, or of the command if the page has it not."""
     if mention.name in _MAPS:
         return _MAPS[mention.name]
@@ -53,14 +49,14 @@ def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
     return text
 
 
-def error_text(error: RoughcontactError, task: Command = SOLVE) -> str:
+def error_text(error: rc.RoughcontactError, task: commands.Command = SOLVE) -> str:
     """Return the message of an error for the page."""
     return error.message_for(partial(spell_for_page, task=task))
 
 
-def spell_sentence(text: str, task: Command = SOLVE) -> str:
+def spell_sentence(text: str, task: commands.Command = SOLVE) -> str:
     """Return a sentence of the library in the terms of the page."""
-    return render_message(message_parts(text), partial(spell_for_page, task=task))
+    return errors.render_message(errors.message_parts(text), partial(spell_for_page, task=task))
 
 
 def escape_markup(text: str) -> str:
@@ -73,9 +69,9 @@ def error_markup(text: str, role: str = ' role="alert"') -> str:
     return f'<span{role} class="wrong">{escape_markup(text)}</span>'
 
 
-def note_markup(text: str, role: str = ' role="status"') -> str:
+def note_markup(text: str) -> str:
     """Return a note as markup that screen readers announce."""
-    return f'<span class="quiet"{role}>{escape_markup(text)}</span>'
+    return f'<span class="quiet" role="status">{escape_markup(text)}</span>'
 
 
 def show_alert(pane: Any, text: str) -> None:
@@ -110,7 +106,11 @@ class Control:
     """Labelled control of an option, with the error of its value below."""
 
     def __init__(
-        self, name: str, give: Give, choices: Mapping[str, str] | None = None, task: Command = SOLVE
+        self,
+        name: str,
+        give: Give,
+        choices: Mapping[str, str] | None = None,
+        task: commands.Command = SOLVE,
     ) -> None:
         self.name, self._give, self._task = name, give, task
         option = task.by_name[name]
@@ -168,13 +168,42 @@ class Control:
             return
         try:
             self._give(self.name, bool(event.new) if isinstance(event.new, list) else event.new)
-        except RoughcontactError as error:
+        except rc.RoughcontactError as error:
             self.show_error(error_text(error, self._task))
         else:
             self.show_error("")
 
 
-def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
+class OptionsForm:
+    """Values of the options of a command, with controls; ``changed`` is called after a change."""
+
+    def __init__(
+        self,
+        task: commands.Command,
+        initial: Mapping[str, Value],
+        changed: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.command, self.values, self._changed = task, dict(initial), changed
+
+    def make_controls(self, names: Iterable[str]) -> list[Any]:
+        """Return controls of options, with their values."""
+        created = [Control(name, self.set_option, task=self.command) for name in names]
+        for control in created:
+            control.show_options(self.values)
+        return [control.root for control in created]
+
+    def set_option(self, name: str, value: Value) -> None:
+        """Set an option; an empty value removes it."""
+        value = value.strip() if isinstance(value, str) else value
+        if value in ("", False):
+            self.values.pop(name, None)
+        else:
+            self.command.parse_options({name: value})
+            self.values[name] = value
+        self._changed()
+
+
+def _widget(option: options.Option[Any], choices: Mapping[str, str] | None) -> Any:
     about: dict[str, Any] = {"label": option.label, "description": option.help, **style.CONTROL}
     if option.is_flag:
         # A single checkbox of Bokeh has no name for screen readers.
@@ -231,7 +260,7 @@ def make_fold(title: str, make: Callable[[], list[Any]]) -> Any:
     return folded
 
 
-def caution_list(text: Iterable[Caution]) -> str:
+def caution_list(text: Iterable[caution_types.Caution]) -> str:
     """Return cautions as the markup of a list, the most severe first."""
     items = "".join(
         f'<li><b class="{item.severity}">{item.severity}</b> '
@@ -241,10 +270,10 @@ def caution_list(text: Iterable[Caution]) -> str:
     return f'<ul class="cautions">{items}</ul>' if items else '<p class="quiet">No cautions.</p>'
 
 
-def gravest_first(text: Iterable[Caution]) -> list[Caution]:
+def gravest_first(text: Iterable[caution_types.Caution]) -> list[caution_types.Caution]:
     """Return cautions by severity, without non-convergence, which the status shows."""
-    known = [item for item in text if item.kind != CautionTag.NOT_CONVERGED]
-    return sorted(known, key=lambda item: list(Severity).index(item.severity))
+    known = [item for item in text if item.kind != caution_types.CautionTag.NOT_CONVERGED]
+    return sorted(known, key=lambda item: list(caution_types.Severity).index(item.severity))
 
 
 def markup_table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
@@ -268,38 +297,45 @@ Run = Callable[[Callable[[], None]], None]
 
 
 class JobButton:
-    """Button that starts a job, with its progress and a cancel button."""
+    """Button that starts a job, with its progress and a cancel button.
+
+    ``prepare()`` returns the function of the job, a function that receives its result, and its
+    arguments, first the request; `task` has the terms of an error that it raises.
+    """
 
     def __init__(
         self,
         bench: workers.WorkerPool,
         run: Run,
         name: str,
-        begin: Callable[[], None],
+        prepare: Callable[[], tuple[Any, ...]],
         session: Session,
     ) -> None:
         self._bench, self._run, self._session = bench, run, session
+        self._prepare = prepare
         self._job: workers.Job | None = None
-        self._task: Task = SOLVE
+        self.task: commands.Task = SOLVE
         self._take: Callable[[Any], None] = lambda _: None
-        self._start = make_button(name, begin, primary=True)
+        self._start = make_button(name, self.start, primary=True)
         self._cancel = make_button("Cancel", self.cancel, disabled=True)
         self._status = pn.pane.HTML("", **style.WIDE)
         self.root = pn.Column(pn.Row(self._start, self._cancel), self._status, **style.BLOCK)
 
-    def start_job(
-        self, work: Callable[..., Any], take: Callable[[Any], None], request: Request, *more: Any
-    ) -> None:
-        """Start a job with a request and more arguments; ``take`` receives its result."""
-        self._task, self._take = request.task, take
+    def start(self) -> None:
+        """Start the job, or show why it cannot start."""
+        try:
+            work, self._take, request, *more = self._prepare()
+        except rc.RoughcontactError as error:
+            self.refuse_error(error)
+            return
         self._start.disabled, self._cancel.disabled = True, False
         self._status.object = _progress_markup("starting …", None)
         self._job = self._bench.submit(
             work,
             request,
             *more,
-            on_stage=self._handle_stage,
-            ended=self._ended,
+            on_stage=lambda stage: self._run(lambda: self._show_stage(stage)),
+            ended=lambda end: self._run(lambda: self._close(end)),
             folders=workers.output_folders(request),
         )
 
@@ -316,26 +352,14 @@ class JobButton:
         """Show the reason why there is no result, nothing if it is empty."""
         self._status.object = error_markup(text) if text else ""
 
-    def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
+    def refuse_error(self, error: rc.RoughcontactError) -> None:
         """Show the error of a job in the terms of the page."""
-        self.show_refusal(self._session.state.with_user_names(error_text(error, task)))
-
-    # Called from the thread of the job.
-
-    def _handle_stage(self, stage: workers.JobStage) -> None:
-        self._run(lambda: self._show_stage(stage))
-
-    def _ended(self, end: workers.JobResult) -> None:
-        self._run(lambda: self._close(end))
-
-    # Called in the thread that may change the page.
+        self.show_refusal(self._session.state.with_user_names(error_text(error, self.task)))
 
     def _show_stage(self, stage: workers.JobStage) -> None:
-        text = (
-            stage.progress
-            if isinstance(stage.progress, str)
-            else phrases.progress_text(stage.progress)
-        )
+        text = stage.progress
+        if not isinstance(text, str):
+            text = phrases.progress_text(text)
         remaining = "" if stage.remaining is None else f"; about {stage.remaining:.0f} s left"
         text = self._session.state.with_user_names(text)
         text = f"{text}; {stage.seconds:.0f} s so far{remaining}"
@@ -347,7 +371,7 @@ class JobButton:
         if end.canceled:
             self._status.object = note_markup("Canceled; nothing is saved.")
         elif end.error is not None:
-            self.refuse_error(end.error, self._task)
+            self.refuse_error(end.error)
         else:
             self._status.object = note_markup(f"Done in {end.seconds:.1f} s.")
             self._take(end.value)

@@ -13,34 +13,16 @@ from bokeh import models
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
-from roughcontact.contact.result import ContactResult
+import roughcontact as rc
+from roughcontact import units
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Run
-from roughcontact.desk.rasters import is_drawn_alike
+from roughcontact.desk.rasters import Array, is_drawn_alike
 from roughcontact.desk.session import Line
 from roughcontact.desk.widgets import Tabs
-from roughcontact.drawing.export import png
-from roughcontact.drawing.sections import bearing_curve, pressure_histogram
-from roughcontact.drawing.style import (
-    ELASTIC,
-    NEUTRAL,
-    SATURATED,
-    SERIES,
-    doubt_suffix,
-    log_scale,
-    panels,
-    plain_axes,
-    prefixed,
-    prefixed_area,
-    prefixed_window,
-)
-from roughcontact.errors import InputError
-from roughcontact.report import inputs
-from roughcontact.report.kind import rows_of
-from roughcontact.surface.spectrum import radial_spectrum
-from roughcontact.surface.surface import Surface
-from roughcontact.units import count_noun, format_engineering, format_lengths, plain_decimal
+from roughcontact.drawing import export, style as drawing_style
+from roughcontact.report import inputs, kind as quantities
+from roughcontact.surface import spectrum
 
 # Maximum number of points along a line: several per pixel of any screen.
 _SECTION_MOST = 4000
@@ -65,7 +47,7 @@ class SectionBodies(NamedTuple):
     saturated: NDArray[np.bool_]
 
 
-def points_on_line(surface: Surface, line: Line) -> SectionPoints:
+def points_on_line(surface: rc.Surface, line: Line) -> SectionPoints:
     """Return the nearest map points along a line (y0, x0, y1, x1) [m]."""
     y0, x0, y1, x1 = line
     length = math.hypot(y1 - y0, x1 - x0)
@@ -81,7 +63,7 @@ def points_on_line(surface: Surface, line: Line) -> SectionPoints:
     return SectionPoints(along * length, length / count, rows, columns)
 
 
-def bodies_on_line(result: ContactResult, where: SectionPoints) -> SectionBodies:
+def bodies_on_line(result: rc.ContactResult, where: SectionPoints) -> SectionBodies:
     """Return both bodies along a section, under load."""
     index = where.rows, where.columns
     surface, pair = result.surface, result.pair
@@ -100,7 +82,7 @@ def bodies_on_line(result: ContactResult, where: SectionPoints) -> SectionBodies
     return SectionBodies(lower, lower + gap, gap, pressure, saturated)
 
 
-def whole_line(surface: Surface) -> Line:
+def whole_line(surface: rc.Surface) -> Line:
     """Return the full line along x through the highest point of a map."""
     heights = surface.heights
     row = 0 if np.isnan(heights).all() else int(np.nanargmax(heights)) // heights.shape[1]
@@ -122,12 +104,12 @@ class SectionPlot:
         flowing = "overlap that flows plastically (saturated)"
         for lower, upper, color, label in (
             ("lower", "open", "#dcebf5", "gap"),
-            ("flows", "lower", SATURATED, flowing),
+            ("flows", "lower", drawing_style.SATURATED, flowing),
         ):
             self.heights.varea(y1=lower, y2=upper, color=color, legend_label=label, **where)
         for column, color, label in (
-            ("upper", NEUTRAL, "counter-body"),
-            ("lower", SERIES[0], "body"),
+            ("upper", drawing_style.NEUTRAL, "counter-body"),
+            ("lower", drawing_style.SERIES[0], "body"),
         ):
             drawn = self.heights.line(
                 y=column, line_color=color, line_width=1.5, legend_label=label, **where
@@ -170,7 +152,9 @@ class SectionPlot:
         style.clear_source(self.source, self.bars)
         self.heights.title.text, self.pressure.title.text = "Section", ""
 
-    def show_section(self, surface: Surface, result: ContactResult | None, line: Line) -> None:
+    def show_section(
+        self, surface: rc.Surface, result: rc.ContactResult | None, line: Line
+    ) -> None:
         """Show both bodies along a line, or the surface alone without a result."""
         with style.batch_changes(self.heights.document):
             where = points_on_line(surface, line)
@@ -178,10 +162,12 @@ class SectionPlot:
             if result is None:
                 self._show_surface(surface, where)
             else:
-                self._show_contact(bodies_on_line(result, where), where, doubt_suffix(result))
-            self._name(surface, line, where)
+                self._show_contact(
+                    bodies_on_line(result, where), where, drawing_style.doubt_suffix(result)
+                )
+            self._name(surface, line)
 
-    def _show_surface(self, surface: Surface, where: SectionPoints) -> None:
+    def _show_surface(self, surface: rc.Surface, where: SectionPoints) -> None:
         heights = surface.heights[where.rows, where.columns] - np.nanmean(surface.heights)
         none = np.full(heights.shape, np.nan)
         result = SectionBodies(
@@ -191,11 +177,13 @@ class SectionPlot:
 
     def _show_contact(self, result: SectionBodies, where: SectionPoints, doubtful: str) -> None:
         length = float(where.place[-1] + where.step / 2)
-        factor, unit = prefixed(length, "m")
+        factor, unit = drawing_style.prefixed(length, "m")
         tall = np.concatenate([result.lower, result.upper])
-        scale, height_unit = prefixed(float(np.nanmax(np.abs(tall), initial=0.0)), "m")
+        scale, height_unit = drawing_style.prefixed(
+            float(np.nanmax(np.abs(tall), initial=0.0)), "m"
+        )
         largest = float(result.pressure.max(initial=0.0))
-        press, pressure_unit = prefixed(largest, "Pa")
+        press, pressure_unit = drawing_style.prefixed(largest, "Pa")
         flows = result.saturated & (result.gap < 0)
         self.source.data = {
             "place": where.place * factor,
@@ -213,7 +201,9 @@ class SectionPlot:
             "left": place - half,
             "right": place + half,
             "top": result.pressure[touching] * press,
-            "colour": np.where(result.saturated[touching], SATURATED, ELASTIC),
+            "colour": np.where(
+                result.saturated[touching], drawing_style.SATURATED, drawing_style.ELASTIC
+            ),
         }
         whole = length * factor
         self.along.update(start=0, end=whole, reset_start=0, reset_end=whole)
@@ -226,28 +216,27 @@ class SectionPlot:
         self.heights.yaxis.axis_label = f"height [{height_unit}]"
         self.pressure.yaxis.axis_label = f"pressure [{pressure_unit}]"
         self.pressure.xaxis.axis_label = f"along the line from A to B [{unit}]"
-        units = (unit, height_unit, height_unit, height_unit, pressure_unit)
+        shown = (unit, height_unit, height_unit, height_unit, pressure_unit)
         self._hover.tooltips = [
             (name, f"@{column}{{%0.4g}} {unit}")
-            for (column, name), unit in zip(_HOVER, units, strict=True)
+            for (column, name), unit in zip(_HOVER, shown, strict=True)
         ]
         share = float(np.count_nonzero(touching)) / touching.size
         self.pressure.title.text = (
-            f"Pressure, largest {format_engineering(largest, 'Pa')}, {100 * share:.3g} % of the "
-            f"line is in contact{doubtful}"
+            f"Pressure, largest {units.format_engineering(largest, 'Pa')}, {100 * share:.3g} % of "
+            f"the line is in contact{doubtful}"
         )
 
-    def _name(self, surface: Surface, line: Line, where: SectionPoints) -> None:
+    def _name(self, surface: rc.Surface, line: Line) -> None:
         y0, x0, y1, x1 = line
         if surface.is_profile:
-            ends = f"from x {format_engineering(x0, 'm')} to {format_engineering(x1, 'm')}"
+            first, last = (units.format_engineering(x, "m") for x in (x0, x1))
         else:
-            ends = (
-                f"from y, x = {format_lengths((y0, x0), ', ')} to {format_lengths((y1, x1), ', ')}"
-            )
+            first, last = (units.format_lengths(place, ", ") for place in ((y0, x0), (y1, x1)))
+        axes = "x " if surface.is_profile else "y, x = "
         oblique = not surface.is_profile and y0 != y1 and x0 != x1
         nearest = ", at the points nearest to it" if oblique else ""
-        self.heights.title.text = f"Section {ends}{nearest}"
+        self.heights.title.text = f"Section from {axes}{first} to {last}{nearest}"
 
 
 _HOVER = (
@@ -263,7 +252,7 @@ _HOVER = (
 _MAX_SPOTS = 100
 
 
-def spot_table(result: ContactResult) -> str:
+def spot_table(result: rc.ContactResult) -> str:
     """Return the largest contact spots, each with the place of its peak, as markup."""
     spots = result.spots()
     count = min(spots.count, _MAX_SPOTS)
@@ -276,15 +265,15 @@ def spot_table(result: ContactResult) -> str:
     rows, columns = np.divmod(place, result.pressure.shape[1])
     saturated = np.bincount(label, result.saturated.ravel()[inside], count) / np.bincount(label)
     dy, dx = result.surface.pixel
-    window = prefixed_window(0.0, max(result.surface.size))
+    window = drawing_style.prefixed_window(0.0, max(result.surface.size))
 
     def largest(values: Array) -> float:
         return float(values.max(initial=0.0))
 
     known: dict[str, tuple[Array, tuple[float, str]]] = {
-        "area": (spots.area, prefixed_area(largest(spots.area))),
-        "load": (spots.load, prefixed(largest(spots.load), result.pair.load_unit)),
-        "largest pressure": (spots.peak, prefixed(largest(spots.peak), "Pa")),
+        "area": (spots.area, drawing_style.prefixed_area(largest(spots.area))),
+        "load": (spots.load, drawing_style.prefixed(largest(spots.load), result.pair.load_unit)),
+        "largest pressure": (spots.peak, drawing_style.prefixed(largest(spots.peak), "Pa")),
         "saturated": (saturated, (100.0, "%")),
         "y of its peak": ((rows + 0.5) * dy, window),
         "x": ((columns + 0.5) * dx, window),
@@ -293,12 +282,12 @@ def spot_table(result: ContactResult) -> str:
     table = [
         (
             str(n + 1),
-            *(plain_decimal(values[n] * scale, 4) for values, (scale, _) in known.values()),
+            *(units.plain_decimal(values[n] * scale, 4) for values, (scale, _) in known.values()),
         )
         for n in range(count)
     ]
     shown = f", the {count} largest of them here" if count < spots.count else ""
-    text = f"<p>{count_noun(spots.count, 'contact spot')}{shown}.</p>"
+    text = f"<p>{units.count_noun(spots.count, 'contact spot')}{shown}.</p>"
     return text + controls.markup_table(table, heads)
 
 
@@ -311,8 +300,8 @@ class DetailPanel:
     def __init__(self, run: Run) -> None:
         self.section = SectionPlot()
         self._run = run
-        self._surface: Surface | None = None
-        self._result: ContactResult | None = None
+        self._surface: rc.Surface | None = None
+        self._result: rc.ContactResult | None = None
         self._line: Line | None = None
         self._proposed: Line | None = None
         self.below = pn.pane.Bokeh(self.section.root, **style.BLOCK)
@@ -330,8 +319,8 @@ class DetailPanel:
 
     def show_contact(
         self,
-        surface: Surface | None,
-        result: ContactResult | None,
+        surface: rc.Surface | None,
+        result: rc.ContactResult | None,
         line: Line | None,
         numbers: str | None = None,
     ) -> None:
@@ -370,7 +359,8 @@ class DetailPanel:
         if active == _RESULTS or self._drawn.get(active) is shown:
             return
         self._drawn[active] = shown
-        self._parts[active].object = ""
+        if shown is None or active == _SURFACE:
+            self._parts[active].object = ""
         if shown is not None:
             threading.Thread(target=self._work_out, args=(active, shown), daemon=True).start()
 
@@ -390,19 +380,19 @@ _DRAWING = threading.Lock()
 
 def _draw_picture(draw: Callable[[], Any]) -> str:
     with _DRAWING:
-        return controls.picture_markup(png(draw()))
+        return controls.picture_markup(export.png(draw()))
 
 
-def surface_texture(surface: Surface) -> str:
+def surface_texture(surface: rc.Surface) -> str:
     """Return material ratio curve, file, roughness and spectrum of a surface as markup."""
     if surface.is_profile:
         return ""
     try:
         values = surface.roughness()
-    except InputError:
+    except rc.InputError:
         # Missing points leave no point with both neighbors.
         values = {}
-    file = [(row.name, row.text, "") for row in rows_of(inputs.SURFACE, surface)]
+    file = [(row.name, row.text, "") for row in quantities.rows_of(inputs.SURFACE, surface)]
     rows = [
         (name, inputs.parameter(name, values), meaning)
         for name, (_, meaning) in inputs.ROUGHNESS.items()
@@ -411,28 +401,30 @@ def surface_texture(surface: Surface) -> str:
     if not surface.missing:
         spectrum = _draw_picture(lambda: draw_spectrum(surface))
     return (
-        f"{_draw_picture(lambda: bearing_curve(surface))}<h2>File</h2>"
+        f"{_draw_picture(lambda: rc.plots.bearing_curve(surface))}<h2>File</h2>"
         f"{controls.markup_table(file)}<h2>Roughness, ISO 25178-2, as prepared</h2>"
         f"{controls.markup_table(rows)}{spectrum}"
     )
 
 
-def draw_spectrum(surface: Surface) -> Any:
+def draw_spectrum(surface: rc.Surface) -> Any:
     """Draw the radially averaged power spectral density of a map."""
-    q, power, _ = radial_spectrum(surface.heights, surface.pixel)
-    plot, axes = panels(7.2, 5.2)
-    axes.plot(q[power > 0], power[power > 0], color=SERIES[0])
+    q, power, _ = spectrum.radial_spectrum(surface.heights, surface.pixel)
+    plot, axes = drawing_style.panels(7.2, 5.2)
+    axes.plot(q[power > 0], power[power > 0], color=drawing_style.SERIES[0])
     # Beyond, only the corners of the grid contribute.
-    axes.axvline(np.pi / max(surface.pixel), color=NEUTRAL, linestyle=":")
+    axes.axvline(np.pi / max(surface.pixel), color=drawing_style.NEUTRAL, linestyle=":")
     for way in "xy":
-        log_scale(axes, way)
-    plain_axes(axes, "wave number q [rad/m]", "C(q), mean of all directions [m⁴]", "Power spectrum")
+        drawing_style.log_scale(axes, way)
+    drawing_style.plain_axes(
+        axes, "wave number q [rad/m]", "C(q), mean of all directions [m⁴]", "Power spectrum"
+    )
     return plot
 
 
 _MAKERS: dict[int, Callable[[Any], str]] = {
     _SPOTS: spot_table,
-    _PRESSURES: lambda result: _draw_picture(lambda: pressure_histogram(result)),
+    _PRESSURES: lambda result: _draw_picture(lambda: rc.plots.pressure_histogram(result)),
     _SURFACE: surface_texture,
 }
 """Functions that return the content of a panel."""

@@ -9,12 +9,9 @@ import weakref
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roughcontact.contact.result import ContactResult
+import roughcontact as rc
 from roughcontact.desk.server import Server, Settings
 from roughcontact.desk.session import SessionState, Value
-from roughcontact.errors import InputError
-from roughcontact.material.material import Material
-from roughcontact.surface.surface import Surface
 
 if TYPE_CHECKING:
     from roughcontact.desk.server import Page
@@ -47,15 +44,15 @@ class DeskServer:
         )
 
 
-def explore(shown: Surface | ContactResult) -> DeskServer:
+def explore(shown: rc.Surface | rc.ContactResult) -> DeskServer:
     """Open the browser app on a surface or a result."""
-    surface = shown if isinstance(shown, Surface) else shown.surface
+    surface = shown if isinstance(shown, rc.Surface) else shown.surface
     surface.require_map("the page")
     specified: dict[str, Value] = {"level": "none"}
     if surface.missing:
         specified["missing"] = "mask"
     counter = None
-    if isinstance(shown, ContactResult):
+    if isinstance(shown, rc.ContactResult):
         specified |= _option_values(shown)
         counter = shown.counter_surface
     folder = tempfile.TemporaryDirectory(prefix="roughcontact-desk-")
@@ -89,10 +86,10 @@ def _closed(
     folder.cleanup()
 
 
-def _option_values(result: ContactResult) -> dict[str, Value]:
+def _option_values(result: rc.ContactResult) -> dict[str, Value]:
     """Return the options that reproduce a result, to the last digit."""
     if result.moments is not None or not isinstance(result.ceiling, (float, type(None))):
-        raise InputError(
+        raise rc.InputError(
             "the app has no ceiling per pixel and no moments: explore the surface of the result"
         )
     specified: dict[str, Value] = {
@@ -106,7 +103,7 @@ def _option_values(result: ContactResult) -> dict[str, Value]:
     return {**specified, control: f"{getattr(result, control)!r} {unit}"}
 
 
-def _constant_options(material: Material, prefix: str) -> dict[str, Value]:
+def _constant_options(material: rc.Material, prefix: str) -> dict[str, Value]:
     if material.compliance == 0.0:
         return {}
     constants = {

@@ -1,19 +1,20 @@
-"""Header of the page: key quantities, state, checklist of inputs, and cautions."""
+"""Header of the page: load with slider, key quantities, state, checklist, and cautions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import numpy as np
 import panel as pn
 
-from roughcontact.analyses.solve import report as contact, uncertainty_report
-from roughcontact.analyses.solve.fields import CONTACT, PROFILE_CONTACT
-from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.cautions import Caution, Severity
-from roughcontact.contact.result import ContactResult
-from roughcontact.desk import style
+import roughcontact as rc
+from roughcontact import cautions as caution_types, errors, units
+from roughcontact.analyses.solve import fields, report as contact_report, uncertainty_report
+from roughcontact.desk import controls, style
 from roughcontact.desk.controls import (
     Give,
     escape_markup,
@@ -22,12 +23,247 @@ from roughcontact.desk.controls import (
     markup_table,
     spell_sentence,
 )
-from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, load_text
-from roughcontact.desk.session import PAGE
-from roughcontact.errors import ArgumentRef
-from roughcontact.report import kinds
-from roughcontact.report.kind import TRUST, quantity_of
-from roughcontact.units import count_noun
+from roughcontact.desk.live_solver import PreparedMaps
+from roughcontact.desk.session import PAGE, SOLVE, Session
+from roughcontact.desk.widgets import Slider
+from roughcontact.report import kind as quantities, kinds
+from roughcontact.request import options
+
+STEPS = 300
+"""Last position of the slider; the first is 0."""
+
+_DIGITS = 3
+_DECADES = 5.0
+# Largest nominal pressure of the slider, over the contact modulus and over a pressure ceiling.
+_HIGHEST, _NEAR_CAPACITY = 0.05, 0.95
+# Largest Hertz pressure of the slider over its largest nominal pressure.
+_PEAKS = 5.0
+
+
+@dataclass(frozen=True)
+class LoadForm:
+    """Form of a load, such as force or nominal pressure."""
+
+    name: str  # Label
+    option: str  # Option of the command
+    unit: str  # SI unit
+    example: str  # Example with unit
+    lead: str = ""  # Text before the value
+
+
+FORCE = LoadForm("Force", "load", "N", "1 N")
+NOMINAL = LoadForm("Nominal pressure", "load", "Pa", "20 MPa")
+LINE = LoadForm("Line load", "load", "N/m", "600 N/mm")
+HERTZ = LoadForm("Hertz pressure", "load", "Pa", "hertz 1.5 GPa", "hertz ")
+APPROACH_AXIS = LoadForm("Approach", "approach", "m", "1 um")
+FORMS = (FORCE, NOMINAL, LINE, HERTZ, APPROACH_AXIS)
+
+
+def form_of(specified: Mapping[str, object]) -> LoadForm:
+    """Return the form of the given load; nominal pressure without a load."""
+    if APPROACH_AXIS.option in specified:
+        return APPROACH_AXIS
+    text = str(specified.get("load", NOMINAL.example))
+    if text.lower().startswith("hertz"):
+        return HERTZ
+    unit = text.lstrip("0123456789.+-eE ").replace(" ", "")
+    if unit.endswith("Pa") or unit in ("bar", "psi"):
+        return NOMINAL
+    return LINE if "/" in unit else FORCE
+
+
+def slider_range(form: LoadForm, prepared: PreparedMaps) -> tuple[float, float]:
+    """Return the smallest and the largest value of the slider [SI]."""
+    request, surface = prepared.request, prepared.surfaces[0]
+    bodies = request.bodies
+    pressure = _HIGHEST * rc.contact_modulus(*bodies)
+    ceiling = request.get(options.CEILING)
+    if isinstance(ceiling, str):
+        known = [body.ceiling for body in bodies if body.ceiling is not None]
+        # No single value is valid for a coated body.
+        ceiling = None if any(body.coating for body in bodies) else min(known, default=None)
+    if ceiling is not None:
+        pressure = min(pressure, _NEAR_CAPACITY * ceiling)
+    if form is APPROACH_AXIS:
+        largest = sum(map(_height, prepared.surfaces))
+    else:
+        per_pressure = {
+            FORCE: math.prod(surface.size),
+            NOMINAL: 1.0,
+            LINE: max(surface.size),
+            HERTZ: _PEAKS,
+        }
+        largest = per_pressure[form] * pressure
+    return _rounded(largest * 10.0**-_DECADES), _rounded(largest)
+
+
+def text_at_position(position: int, ends: tuple[float, float], form: LoadForm) -> str:
+    """Return the load at a position of the slider, as text with unit."""
+    value = ends[0] * (ends[1] / ends[0]) ** (position / STEPS)
+    return form.lead + units.format_engineering(_rounded(value), form.unit, _DIGITS)
+
+
+def slider_ticks(ends: tuple[float, float], form: LoadForm) -> list[tuple[float, str]]:
+    """Return the ticks of the scale: a place from 0 to 1 a decade, every second with a label."""
+    first, last = (math.floor(math.log10(end)) for end in ends)
+    return [
+        (
+            math.log(value / ends[0]) / math.log(ends[1] / ends[0]),
+            units.format_engineering(value, form.unit, _DIGITS) if power % 2 == last % 2 else "",
+        )
+        for power, value in ((power, 10.0**power) for power in range(first, last + 1))
+        if ends[0] <= value <= ends[1]
+    ]
+
+
+def position_of_value(value: float, ends: tuple[float, float]) -> int:
+    """Return the slider position nearest to a value."""
+    share = math.log(value / ends[0]) / math.log(ends[1] / ends[0]) if value > 0 else 0.0
+    return round(STEPS * min(1.0, max(0.0, share)))
+
+
+def load_text(result: rc.ContactResult, form: LoadForm, digits: int = _DIGITS) -> str | None:
+    """Return the load of a result in a form, as text with unit; None if unknown."""
+    if form in (FORCE, LINE):
+        return units.format_engineering(result.load, result.pair.load_unit, digits)
+    if form is NOMINAL:
+        return units.format_engineering(result.load / result.nominal_area, "Pa", digits)
+    if form is APPROACH_AXIS and result.approach > 0:
+        return units.format_engineering(result.approach, "m", digits)
+    return None
+
+
+def _height(surface: rc.Surface) -> float:
+    """Return the range of the heights [m]."""
+    return float(np.nanmax(surface.heights) - np.nanmin(surface.heights))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS - 1}e}")
+
+
+class LoadPanel:
+    """Panel of the load; ``drag`` receives the values while the slider is dragged."""
+
+    def __init__(self, session: Session, give: Give, drag: Give) -> None:
+        self._session, self._give, self._drag = session, give, drag
+        self._form = NOMINAL
+        self._silent = False
+        self._scale: tuple[LoadForm, tuple[float, float]] | None = None
+        self.form = pn.widgets.Select(
+            label="Load given as",
+            options={form.name: form for form in FORMS},
+            value=self._form,
+            **{**style.CONTROL, "sizing_mode": None},
+            width=138,
+        )
+        self.text = pn.widgets.TextInput(
+            label="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=96
+        )
+        self.slider = Slider(
+            words="Drag the load (logarithmic), or press arrow keys",
+            end=STEPS,
+            value=-1,
+            sizing_mode="stretch_width",
+            margin=(0, 12),
+            min_width=150,
+        )
+        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
+        self.form.param.watch(self._reform, "value")
+        self.text.param.watch(self._typed, "value")
+        self.slider.param.watch(self._slid, "moved")
+        row = pn.Row(self.form, self.text, self.slider, **style.BLOCK, styles={"gap": "8px"})
+        self.root = pn.Column(
+            row,
+            self._wrong,
+            css_classes=["step-load"],
+            sizing_mode="stretch_width",
+            styles={"flex": "1 1 400px", "min-width": "400px"},
+            margin=0,
+        )
+
+    def refresh(self) -> None:
+        """Show the load of the state, on the scale of the prepared maps."""
+        specified = self._session.state.specified
+        self._form = form_of(specified)
+        text = str(specified.get(self._form.option, ""))
+        self._silent = True
+        try:
+            if self.form.value is not self._form:
+                self.form.value = self._form
+            if self.text.value != text:
+                self.text.value = text
+            self.text.placeholder = self._form.example
+            self.slider.text = text
+            self._rule()
+            ends, value = self._ends(), self._value()
+            if value is None:
+                self.slider.value = -1
+            elif ends is not None:
+                texts = self.slider.texts
+                position = position_of_value(value, ends)
+                self.slider.value = texts.index(text) if text in texts else position
+        finally:
+            self._silent = False
+
+    def _rule(self) -> None:
+        """Set the texts and ticks of the slider."""
+        ends = self._ends()
+        scale = None if ends is None else (self._form, ends)
+        if scale == self._scale:
+            return
+        self._scale = scale
+        if ends is None:
+            self.slider.param.update(texts=[], ticks=[])
+        else:
+            texts = [text_at_position(position, ends, self._form) for position in range(STEPS + 1)]
+            self.slider.param.update(texts=texts, ticks=slider_ticks(ends, self._form))
+
+    def _ends(self) -> tuple[float, float] | None:
+        prepared = self._session.prepared
+        return None if prepared is None else slider_range(self._form, prepared)
+
+    def _value(self) -> float | None:
+        """Return the value of the load [SI]; None if it is missing or invalid."""
+        try:
+            request = self._session.state.request()
+            value = request.get(options.LOAD)
+            result = request.needed(options.APPROACH) if value is None else value
+        except rc.RoughcontactError:
+            return None
+        return result if isinstance(result, float) else result.value
+
+    def _reform(self, event: Any) -> None:
+        if self._silent:
+            return
+        outcome, form = self._session.outcome, event.new
+        text = None
+        if outcome is not None and outcome.contact is not None:
+            text = load_text(outcome.contact, form)
+        self._form = form
+        if text is None:
+            ends = self._ends()
+            text = form.example if ends is None else text_at_position(STEPS // 2, ends, form)
+        self._set(text, self._give)
+
+    def _typed(self, event: Any) -> None:
+        if not self._silent:
+            self._set(event.new, self._give)
+
+    def _slid(self, event: Any) -> None:
+        place = int(event.new["value"])
+        if 0 <= place < len(self.slider.texts):
+            self._set(self.slider.texts[place], self._give if event.new["done"] else self._drag)
+
+    def _set(self, text: str, give: Give) -> None:
+        with style.batch_changes(pn.state.curdoc):
+            try:
+                give(self._form.option, text)
+            except rc.RoughcontactError as error:
+                controls.show_alert(self._wrong, controls.error_text(error))
+            else:
+                self._wrong.visible = False
+
 
 _KEYS = ("load", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap", "approach")
 
@@ -35,18 +271,21 @@ _CHECKS: dict[str, list[str]] = PAGE["checks"]
 """Required inputs of a contact by option: label, and step where the input is entered."""
 
 
-def key_numbers(result: ContactResult, form: LoadForm = FORCE) -> str:
+def key_numbers(result: rc.ContactResult, form: LoadForm = FORCE) -> str:
     """Return the key quantities with intervals, or values under the calibrated ceiling.
 
     A load that is given as nominal pressure is shown as such, with its force below.
     """
-    ends, calibrated = uncertainty_report.brief_ends(result), contact.calibrated_numbers(result)
-    table = PROFILE_CONTACT if result.pair.is_profile else CONTACT
+    ends, calibrated = (
+        uncertainty_report.brief_ends(result),
+        contact_report.calibrated_numbers(result),
+    )
+    table = fields.PROFILE_CONTACT if result.pair.is_profile else fields.CONTACT
     cells = []
     for key in _KEYS:
         if result.ceiling is None and key == "saturated_fraction":
             continue
-        quantity = quantity_of(table, key)
+        quantity = quantities.quantity_of(table, key)
         row = quantity.row(result)
         other = ends.get(key) or (f"calibrated {calibrated[key]}" if key in calibrated else "")
         name, value = row.name[:1].upper() + row.name[1:], quantity.format_value(row.value)
@@ -59,9 +298,9 @@ def key_numbers(result: ContactResult, form: LoadForm = FORCE) -> str:
     return f'<dl class="numbers">{"".join(cells)}</dl>'
 
 
-def trust_line(result: ContactResult) -> str:
+def trust_line(result: rc.ContactResult) -> str:
     """Return the status, certificate and regime of a result as one line."""
-    rows = {row.key: row for row in kinds.rows(result, TRUST, brief=True)}
+    rows = {row.key: row for row in kinds.rows(result, quantities.TRUST, brief=True)}
     shown = (rows[key] for key in ("status", "certificate") if key in rows)
     texts = ", ".join(f"{row.name} {spell_sentence(row.text)}" for row in shown)
     texts = texts.removeprefix("status ")
@@ -72,10 +311,10 @@ def trust_line(result: ContactResult) -> str:
     )
 
 
-def suggested_settings(caution: Caution) -> Iterable[tuple[str, str, str | bool]]:
+def suggested_settings(caution: caution_types.Caution) -> Iterable[tuple[str, str, str | bool]]:
     """Yield the settings that a caution suggests: text, option and value."""
     for part in caution.parts:
-        if not isinstance(part, ArgumentRef) or part.value is None:
+        if not isinstance(part, errors.ArgumentRef) or part.value is None:
             continue
         option = SOLVE.option_of_argument(part.name)
         if option is not None:
@@ -95,7 +334,7 @@ class Header:
         self.checklist = pn.Row(*self._checks.values(), margin=0, visible=False)
         self.state = pn.pane.HTML("", margin=(2, 0), stylesheets=[style.TEXT, style.CSS["CHIP"]])
         self.count = make_button("", partial(self._open, "Cautions"), margin=0, visible=False)
-        self._cautions: Sequence[Caution] = ()
+        self._cautions: Sequence[caution_types.Caution] = ()
         self._topic = ""
         self.drawer = pn.Column(
             visible=False, stylesheets=[style.TEXT, style.CSS["DRAWER"]], margin=0
@@ -116,7 +355,7 @@ class Header:
         """Show the state as text: solving, up to date, out of date."""
         self.state.object = f'<span role="status" class="chip {kind}">{escape_markup(text)}</span>'
 
-    def show_numbers(self, text: str, cautions: Iterable[Caution]) -> None:
+    def show_numbers(self, text: str, cautions: Iterable[caution_types.Caution]) -> None:
         """Show the key quantities of a contact and the number of its cautions."""
         self.checklist.visible, self.numbers.visible = False, True
         self.numbers.object = text
@@ -134,16 +373,18 @@ class Header:
             check.label = title if name in lacking else f"✓ {title}"
             check.color = "primary" if name == first else "default"
 
-    def show_cautions(self, cautions: Iterable[Caution]) -> None:
+    def show_cautions(self, cautions: Iterable[caution_types.Caution]) -> None:
         """Show the number of cautions by severity; an open drawer lists the cautions."""
         self._cautions = gravest_first(cautions)
         counts = [
-            count_noun(sum(item.severity == kind for item in self._cautions), str(kind))
-            for kind in Severity
+            units.count_noun(sum(item.severity == kind for item in self._cautions), str(kind))
+            for kind in caution_types.Severity
             if any(item.severity == kind for item in self._cautions)
         ]
         self.count.label, self.count.visible = " · ".join(counts), bool(counts)
-        severe = bool(self._cautions) and self._cautions[0].severity == Severity.WARNING
+        severe = (
+            bool(self._cautions) and self._cautions[0].severity == caution_types.Severity.WARNING
+        )
         self.count.styles = {"--text": "var(--severe)"} if severe else {}
         if self._topic == "Cautions":
             self._fill()
@@ -180,7 +421,7 @@ class Header:
         parts = [part for caution in self._cautions for part in self._caution(caution)]
         self.drawer[:] = [head, *parts] if parts else [head, pn.pane.HTML("No cautions.")]
 
-    def _caution(self, caution: Caution) -> list[Any]:
+    def _caution(self, caution: caution_types.Caution) -> list[Any]:
         name = caution.kind.replace("-", " ")
         text = (
             f'<p><b class="{caution.severity}">{caution.severity} · {escape_markup(name)}</b></p>'

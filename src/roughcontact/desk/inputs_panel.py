@@ -10,16 +10,17 @@ from typing import Any
 
 import panel as pn
 
-from roughcontact.analyses.generate.task import COMMAND as GENERATE
-from roughcontact.analyses.solve.task import TASK as SOLVE
+import roughcontact as rc
+from roughcontact import errors
+from roughcontact.analyses.generate import task as generation
 from roughcontact.desk import controls, style
-from roughcontact.desk.controls import GROUPS, Control, Give, make_button
-from roughcontact.desk.live_solver import PreparedMaps
+from roughcontact.desk.controls import GROUPS, Control, Give, OptionsForm, make_button
 from roughcontact.desk.projects import KEPT, SavedProject
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import (
     OPTIONS_OF_STEP,
     PAGE,
+    SOLVE,
     Session,
     SessionState,
     Value,
@@ -27,10 +28,7 @@ from roughcontact.desk.session import (
 )
 from roughcontact.desk.widgets import FileDrop
 from roughcontact.desk.workers import JobResult, OnEnd
-from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
-from roughcontact.material import catalog
 from roughcontact.request import options
-from roughcontact.surface.provenance import Provenance
 
 _CHOICES: dict[str, dict[str, str]] = PAGE["choices"]
 _COMMON = ("free", "periodic")
@@ -82,8 +80,9 @@ class ControlGroup:
         """Return the controls of options, each created at its first use."""
         for name in names:
             if name not in self.controls:
-                self.controls[name] = Control(name, self._give, self._choices.get(name))
-        self.refresh()
+                created = Control(name, self._give, self._choices.get(name))
+                self.controls[name] = created
+                created.show_options(self._session.state.specified)
         return [self.controls[name].root for name in names]
 
 
@@ -94,15 +93,16 @@ class PreparationPanel:
         self._session, self._changed = session, changed
         self._group = ControlGroup(session, give)
         self._steps = pn.Column(**style.BLOCK)
-        self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] | None = None
+        self._shown: tuple[tuple[rc.Provenance, ...], bool, dict[str, str]] | None = None
         names, last = GROUPS["first"], GROUPS["preparation"]
         first, rest = self._group.roots(*names), [name for name in last if name not in names]
         folded = controls.make_fold("Filters, part, grid", partial(self._group.roots, *rest))
         self.step = StepCard("Prepare", self._steps, *first, folded, collapsed=True)
 
-    def refresh(self, prepared: PreparedMaps | None) -> None:
+    def refresh(self) -> None:
         """Show the preparation options of the state, and the recorded steps."""
         self._group.refresh()
+        prepared = self._session.prepared
         result = (
             () if prepared is None else tuple(item.provenance for item in prepared.surfaces[:1])
         )
@@ -227,7 +227,7 @@ def _materials(nothing: str, search: str = "") -> dict[str, str]:
     """Return the materials that match a search: labels by key."""
     wanted = search.lower().split()
     labels = {"": nothing}
-    for entry in catalog.entries():
+    for entry in rc.catalog.entries():
         text = f"{entry.key} – {entry.condition}"
         words_of = " ".join((text, *entry.names, entry.note)).lower()
         if all(word in words_of for word in wanted):
@@ -237,8 +237,8 @@ def _materials(nothing: str, search: str = "") -> dict[str, str]:
 
 def _sources(name: str) -> str:
     try:
-        entry = catalog.entry(name)
-    except RoughcontactError:
+        entry = rc.catalog.entry(name)
+    except rc.RoughcontactError:
         return ""
     values = (entry.young, entry.poisson, entry.yield_strength, entry.exponent)
     sources = dict.fromkeys(value.source for value in values if value is not None)
@@ -279,7 +279,7 @@ class MapPanel:
         self._demonstration.param.watch(self._demonstrated, "value")
         self._group = ControlGroup(session, give)
         self._channels: Sequence[str] = ()
-        self._wanted: dict[str, Value] = dict(PAGE["generate"]["first"])
+        self._wanted = OptionsForm(generation.COMMAND, PAGE["generate"]["first"])
         self._of_file = controls.make_fold("Channel, unit, sides", self._about_file)
         self.start = self._started()
         self.step = StepCard(
@@ -342,20 +342,17 @@ class MapPanel:
         return [drop, make_button("Remove counter-map", self._unfaced)]
 
     def _about_generated(self) -> list[Any]:
-        wanted = [Control(name, self._want, task=GENERATE) for name in PAGE["generate"]["options"]]
-        for control in wanted:
-            control.show_options(self._wanted)
-        created = make_button("Generate", self._make, primary=True)
-        return [*(control.root for control in wanted), created]
+        created = self._wanted.make_controls(PAGE["generate"]["options"])
+        return [*created, make_button("Generate", self._make, primary=True)]
 
     def _about_smooth(self) -> list[Any]:
         words = '<p class="quiet">Its form is set under Bodies.</p>'
         nominal = self._nominal.roots("points", "size")
         return [pn.pane.HTML(words, **style.SHEET), *nominal, make_button("Use no map", self._bare)]
 
-    def refresh(self, prepared: PreparedMaps | None) -> None:
+    def refresh(self) -> None:
         """Show the state, and the properties of the map."""
-        state = self._session.state
+        state, prepared = self._session.state, self._session.prepared
         self._group.refresh()
         self._nominal.refresh()
         surface = None if prepared is None else prepared.surfaces[0]
@@ -372,7 +369,7 @@ class MapPanel:
         if "channel" in self._group.controls:
             self._group.controls["channel"].suggest(names)
 
-    def tell_lacking(self, error: RoughcontactError) -> bool:
+    def tell_lacking(self, error: rc.RoughcontactError) -> bool:
         """Show an error at the file property that it names; return whether it names one."""
         lacking = _lacking_properties(error)
         if lacking:
@@ -381,13 +378,6 @@ class MapPanel:
             self._group.controls[lacking[0]].show_error(text)
         return bool(lacking)
 
-    def _want(self, name: str, value: Value) -> None:
-        if value in ("", False):
-            self._wanted.pop(name, None)
-            return
-        GENERATE.parse_options({name: value})
-        self._wanted[name] = value
-
     def take_map(self, text: dict[str, Any]) -> None:
         """Take an uploaded map after it is read; the answer of the server is not trusted."""
         self._take_file(text, self._session.open_map)
@@ -395,7 +385,7 @@ class MapPanel:
     def _take_file(self, text: dict[str, Any], open_map: Callable[[Path, str], None]) -> None:
         try:
             path, name = self._arrived(text)
-        except InputError as error:
+        except rc.InputError as error:
             self.refuse(error)
             return
         self._coming = path
@@ -417,11 +407,11 @@ class MapPanel:
     def _arrived(self, text: dict[str, Any]) -> tuple[Path, str]:
         """Return the path of an uploaded file, and its name on the user's side."""
         if "error" in text:
-            raise InputError(str(text["error"]))
+            raise rc.InputError(str(text["error"]))
         path = self._folder / Path(str(text.get("file", ""))).name
         # The browser is not trusted: accept only files that the server stored for this project.
         if not path.is_file() or not path.name.startswith(KEPT):
-            raise InputError("the file was not received; upload it again")
+            raise rc.InputError("the file was not received; upload it again")
         return path, str(text.get("name", ""))
 
     def _unfaced(self) -> None:
@@ -438,7 +428,7 @@ class MapPanel:
         self._run_action(lambda: self._generate(EXAMPLES[name], self._map_opener(f"{name}.npz")))
 
     def _make(self) -> None:
-        self._generate(dict(self._wanted), self._map_opener("generated.npz"))
+        self._generate(dict(self._wanted.values), self._map_opener("generated.npz"))
 
     def _map_opener(self, name: str) -> Callable[[Path], None]:
         return lambda path: self._run_action(lambda: self._session.open_map(path, name))
@@ -446,22 +436,22 @@ class MapPanel:
     def _run_action(self, action: Callable[[], object]) -> None:
         try:
             action()
-        except RoughcontactError as error:
+        except rc.RoughcontactError as error:
             self.refuse(error)
         else:
             self._wrong.visible = False
         self._changed()
 
-    def refuse(self, error: RoughcontactError, state: SessionState | None = None) -> None:
+    def refuse(self, error: rc.RoughcontactError, state: SessionState | None = None) -> None:
         """Show the reason why no map was opened, with the names of a state."""
         self.step.root.collapsed = False
         text = (state or self._session.state).with_user_names(controls.error_text(error))
         controls.show_alert(self._wrong, text)
 
 
-def _lacking_properties(error: RoughcontactError) -> list[str]:
+def _lacking_properties(error: rc.RoughcontactError) -> list[str]:
     """Return the properties of a file that an error requests."""
-    about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
+    about = {part.name for part in error.sentence if isinstance(part, errors.ArgumentRef)}
     return [name for name in GROUPS["map"] if SOLVE.by_name[name].argument in about]
 
 
@@ -477,6 +467,6 @@ def _work_title(work: SavedProject) -> str:
     used = datetime.fromtimestamp(work.folder.stat().st_mtime).strftime("%Y-%m-%d %H:%M")
     try:
         state = from_script(work.project.read_text(encoding="utf-8"), work.folder)
-    except (InputError, OSError):
+    except (rc.InputError, OSError):
         return f"cannot be read, {used}"
     return f"{'no map' if state.file is None else state.name_of(state.file)}, {used}"

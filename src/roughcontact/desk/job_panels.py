@@ -10,14 +10,13 @@ from typing import Any
 
 import panel as pn
 
+import roughcontact as rc
 from roughcontact.analyses.estimate import fields as formulas
-from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.contact.result import ContactResult
 from roughcontact.desk import analysis_jobs, controls, style, workers
 from roughcontact.desk.controls import (
-    Control,
     Give,
     JobButton,
+    OptionsForm,
     Run,
     caution_list,
     copy_markup,
@@ -28,18 +27,15 @@ from roughcontact.desk.controls import (
     picture_markup,
     spell_sentence,
 )
-from roughcontact.desk.load_panel import FORCE, NOMINAL, form_of, load_text
+from roughcontact.desk.header import FORCE, NOMINAL, form_of, load_text
 from roughcontact.desk.saved_page import save_page
 from roughcontact.desk.server import PageVisit
-from roughcontact.desk.session import Session, SessionState, Value
+from roughcontact.desk.session import SOLVE, Session, SessionState, Value
 from roughcontact.desk.widgets import TabPanel
-from roughcontact.errors import RoughcontactError
-from roughcontact.report import python_script
-from roughcontact.report.kind import rows_of
-from roughcontact.request.options import Option
+from roughcontact.report import kind as quantities, python_script
+from roughcontact.request import task as commands
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.task import Analysis, Task
 
 # Significant digits of a found load.
 _DIGITS = 7
@@ -67,7 +63,7 @@ def request_key(requests: Iterable[Request]) -> object:
     """Return the key of the results of requests; None if a request is invalid."""
     try:
         return [(item.task.name, item.file, dict(item.specified)) for item in requests]
-    except RoughcontactError:
+    except rc.RoughcontactError:
         return None
 
 
@@ -82,7 +78,7 @@ class AnalysisPanel(TabPanel):
     ) -> None:
         self._session, self._give, self._visit, self._run_count = session, give, visit, 0
         self._forms = {
-            question.name: OptionsForm(task, question, self.refresh)
+            question.name: AnalysisForm(task, question, self.refresh)
             for task, question in (analysis_jobs.JOINTS if is_joint else analysis_jobs.ANALYSES)
         }
         self._answers = {name: Answer() for name in self._forms}
@@ -91,7 +87,7 @@ class AnalysisPanel(TabPanel):
             label="Question", options=names, value=names[0], **style.CONTROL
         )
         self._form = pn.Column(**style.BLOCK)
-        self._working = JobButton(visit.workers, run, "Start", self._started, session)
+        self._working = JobButton(visit.workers, run, "Start", self._prepare, session)
         self._formulas = pn.pane.HTML("", visible=is_joint, **style.WIDE)
         self._answer = pn.Column(**style.HIGH)
         self._choice.param.watch(self._handle_selection, "value")
@@ -116,21 +112,20 @@ class AnalysisPanel(TabPanel):
         form = self._forms[name]
         return self._session.state.request(form.task, **form.words)
 
-    def _started(self) -> None:
+    def _prepare(self) -> tuple[Any, ...]:
         name = self._choice.value
-        try:
-            request = self._request(name)
-            written = self._with_files(request)
-        except RoughcontactError as error:
-            self._working.refuse_error(error, self._forms[name].task)
-            return
+        self._working.task = self._forms[name].task
+        request = self._request(name)
+        written = self._with_files(request)
         self._answers[name].show_parts([])
-        self._working.start_job(
-            analysis_jobs.run_analysis,
-            lambda result: self._show_outcome(result, name, request),
-            written,
-            form_of(self._session.state.specified) is NOMINAL,
-        )
+
+        def show_outcome(result: analysis_jobs.AnalysisOutcome) -> None:
+            key = request_key([request])
+            self._answers[name].show_parts(self._make_views(result, request), key)
+            self.refresh()
+
+        over_pressure = form_of(self._session.state.specified) is NOMINAL
+        return analysis_jobs.run_analysis, show_outcome, written, over_pressure
 
     def _with_files(self, request: Request) -> Request:
         """Return a request that also writes the files of a joint, to be downloaded."""
@@ -147,18 +142,12 @@ class AnalysisPanel(TabPanel):
             Request.from_text(request.task, request.file, specified), names=request.names
         )
 
-    def _show_outcome(
-        self, result: analysis_jobs.AnalysisOutcome, name: str, request: Request
-    ) -> None:
-        self._answers[name].show_parts(self._make_views(result, request), request_key([request]))
-        self.refresh()
-
     def refresh(self) -> None:
         """Gray an outdated result, or show the command of an analysis without a result."""
         name, outcome = self._choice.value, self._session.outcome
         contact = None if outcome is None else outcome.contact
         if self._formulas.visible:
-            rows = [] if contact is None else rows_of(formulas.BY_FORMULA, contact)
+            rows = [] if contact is None else quantities.rows_of(formulas.BY_FORMULA, contact)
             text = markup_table((row.title, row.text) for row in rows)
             none = '<p class="quiet">No estimate: the formulas apply to flat contact only.</p>'
             self._formulas.object = text if rows else none
@@ -170,7 +159,7 @@ class AnalysisPanel(TabPanel):
     def _show_command(self, name: str) -> str:
         try:
             return copy_markup("Command", self._request(name).command)
-        except RoughcontactError as error:
+        except rc.RoughcontactError as error:
             words = controls.error_text(error, self._forms[name].task)
             return error_markup(self._session.state.with_user_names(words))
 
@@ -193,7 +182,7 @@ class AnalysisPanel(TabPanel):
             below += f"<p>Files: {', '.join(links)}</p>"
         return [above, *uses, below + copy_markup("Command", request.command)]
 
-    def _use(self, contact: ContactResult) -> Any:
+    def _use(self, contact: rc.ContactResult) -> Any:
         """Return a button that sets the load to a found load, in the form of the current load."""
         form = form_of(self._session.state.specified)
         text = load_text(contact, form, _DIGITS)
@@ -208,49 +197,36 @@ def link_markup(address: str, name: str) -> str:
     return f'<a href="{escape_markup(address)}" download>{escape_markup(name)}</a>'
 
 
-class OptionsForm:
-    """Form with the options of an analysis; ``changed`` is called after each change."""
+class AnalysisForm(OptionsForm):
+    """Form with the options of an analysis."""
 
     def __init__(
-        self, task: Task, question: Analysis, changed: Callable[[], None] = lambda: None
+        self,
+        task: commands.Task,
+        question: commands.Analysis,
+        changed: Callable[[], None] = lambda: None,
     ) -> None:
-        self.task, self._question, self._changed = task, question, changed
+        super().__init__(task, {option.name: value for option, value in question.initial}, changed)
+        self.task, self._question = task, question
         self.is_command = question.is_command
-        self._values: dict[str, Value] = {option.name: value for option, value in question.initial}
 
     @cached_property
     def root(self) -> Any:
         """Controls of the options, created on first use."""
         question = self._question
         about = f'<p class="quiet">{escape_markup(question.about)}</p>'
-        parts = [pn.pane.HTML(about, **style.SHEET), *self._make_controls(question.options)]
-        if question.folded:
-            more = partial(self._make_controls, question.folded)
-            parts.append(controls.make_fold("More", more))
+        first, more = ([item.name for item in part] for part in (question.options, question.folded))
+        parts = [pn.pane.HTML(about, **style.SHEET), *self.make_controls(first)]
+        if more:
+            parts.append(controls.make_fold("More", partial(self.make_controls, more)))
         return pn.Column(*parts, **style.BLOCK)
-
-    def _make_controls(self, options: Iterable[Option[Any]]) -> list[Any]:
-        created = [Control(option.name, self._set_option, task=self.task) for option in options]
-        for control in created:
-            control.show_options(self._values)
-        return [control.root for control in created]
 
     @property
     def words(self) -> dict[str, Value]:
         """Option values of the form, as `SessionState.request` expects them."""
         fixed = {option.name: value for option, value in self._question.fixed}
-        text = {**self._values, **fixed}
+        text = {**self.values, **fixed}
         return {f"{name.replace('-', '_')}_": value for name, value in text.items()}
-
-    def _set_option(self, name: str, value: Value) -> None:
-        if isinstance(value, str) and not self.task.by_name[name].is_flag:
-            value = value.strip()
-        if value in ("", False):
-            self._values.pop(name, None)
-        else:
-            self.task.parse_options({name: value})
-            self._values[name] = value
-        self._changed()
 
 
 _NAMES = ("A", "B")
@@ -267,7 +243,7 @@ class ComparePanel(TabPanel):
         self._swap = make_button("Go to A", lambda: do(session.swap_pinned))
         self._unpin = make_button("Remove A", lambda: do(session.unpin))
         self._differences = pn.pane.HTML("", **style.WIDE)
-        self._working = JobButton(visit.workers, run, "Compare", self._started, session)
+        self._working = JobButton(visit.workers, run, "Compare", self._prepare, session)
         self._answer = Answer()
         self.root = pn.Column(
             pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
@@ -306,27 +282,17 @@ class ComparePanel(TabPanel):
         states = replace(state, specified=state.pinned), state
         return states[::-1] if state.is_first else states
 
-    def _started(self) -> None:
+    def _prepare(self) -> tuple[Any, ...]:
         states = self._states()
         if not states:
-            self._working.show_refusal("Keep a state as A first.")
-            return
-        try:
-            requests = [state.request() for state in states]
-        except RoughcontactError as error:
-            self._working.refuse_error(error)
-            return
+            raise rc.InputError("there is no A: keep a state as A first")
+        requests = [state.request() for state in states]
         self._answer.show_parts([])
-        key = request_key(requests)
-        self._working.start_job(
-            analysis_jobs.compare_contacts,
-            lambda result: self._show_comparison(result, key),
-            *requests,
-            _NAMES,
-        )
+        show = partial(self._show_comparison, key=request_key(requests))
+        return analysis_jobs.compare_contacts, show, *requests, _NAMES
 
     def _show_comparison(self, result: analysis_jobs.ContactComparison, key: object) -> None:
-        table = markup_table(result.rows, ("", *_NAMES, "A − B", "in percent of B"))
+        table = markup_table(result.rows, ("", *_NAMES, "A − B in percent of B"))
         cautions = "".join(
             f"<h2>Cautions of {name}</h2>{caution_list(text)}"
             for name, text in zip(_NAMES, result.cautions, strict=True)
@@ -351,7 +317,7 @@ class DownloadPanel(TabPanel):
         self._downloads: list[str] = []
         self._kind = pn.widgets.Select(label="File", options=list(_FILES), **style.CONTROL)
         self._kind.param.watch(self._handle_selection, "value")
-        self._working = JobButton(visit.workers, run, "Save page", self._started, session)
+        self._working = JobButton(visit.workers, run, "Save page", self._prepare, session)
         self._links = pn.pane.HTML("", **style.WIDE)
         self._words = pn.pane.HTML("", **style.WIDE)
         self.root = pn.Row(
@@ -367,29 +333,23 @@ class DownloadPanel(TabPanel):
         if outcome is not None and outcome.contact is not None:
             texts = {"Python": python_script.script_of_result(outcome.contact), **texts}
         if not state.missing:
-            with contextlib.suppress(RoughcontactError):
+            with contextlib.suppress(rc.RoughcontactError):
                 texts = {"Command": self._session.request.command, **texts}
         self._words.object = "".join(copy_markup(*item) for item in texts.items())
 
     def _handle_selection(self, event: Any) -> None:
         self._working.name(f"Save {event.new.partition(' ')[0]}")
 
-    def _started(self) -> None:
+    def _prepare(self) -> tuple[Any, ...]:
         kind = self._kind.value
         suffix = kind[kind.index("(") + 1 : -1]
         # A number in the name: later downloads do not change an offered file.
         path = self._visit.folder / f"{_STEM}-{len(self._downloads) + 1}{suffix}"
-        name = "report" if kind == _REPORT else "output"
-        wanted = {} if kind == _PAGE else {name: str(path)}
-        try:
-            request = self._session.state.request(**wanted)
-        except RoughcontactError as error:
-            self._working.refuse_error(error)
-            return
         if kind == _PAGE:
-            self._working.start_job(save_page, self._show_outcome, request, path)
-        else:
-            self._working.start_job(workers.run_request, self._show_outcome, request)
+            return save_page, self._show_outcome, self._session.request, path
+        name = "report" if kind == _REPORT else "output"
+        request = self._session.state.request(**{name: str(path)})
+        return workers.run_request, self._show_outcome, request
 
     def _show_outcome(self, outcome: Outcome) -> None:
         if outcome.failure is not None:

@@ -18,18 +18,14 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
-from roughcontact.contact.result import ContactResult
-from roughcontact.drawing.style import cell_mean
-from roughcontact.errors import FormatError, InputError, RoughcontactError
+import roughcontact as rc
+from roughcontact.drawing import style as drawing_style
 from roughcontact.formats import read
-from roughcontact.request import preparation
+from roughcontact.request import preparation, run
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.run import solve_request
-from roughcontact.solvers.progress import Progress
-from roughcontact.surface.surface import Surface
 
 _log = logging.getLogger(__name__)
 
@@ -39,7 +35,7 @@ class PreparedMaps:
     """Maps of a request, prepared for its solve."""
 
     request: Request  # Request
-    surfaces: tuple[Surface, ...]  # Surface of the body, and of the counter-body if it has a map
+    surfaces: tuple[rc.Surface, ...]  # Surface of the body, and of the counter-body if it has a map
 
 
 @dataclass(frozen=True)
@@ -47,7 +43,7 @@ class FailedRequest:
     """Request that failed, and the reason."""
 
     request: Request | None  # Invalid options have no request
-    error: RoughcontactError  # The reason
+    error: rc.RoughcontactError  # The reason
 
 
 @dataclass(frozen=True)
@@ -55,10 +51,10 @@ class Preview:
     """Preview of a request: on larger pixels, or without the calibrated ceiling."""
 
     request: Request  # Request
-    contact: ContactResult  # Result
+    contact: rc.ContactResult  # Result
 
 
-Event = PreparedMaps | Preview | Outcome | Progress | FailedRequest | str
+Event: TypeAlias = "PreparedMaps | Preview | Outcome | rc.results.Progress | FailedRequest | str"
 """Events: a stage, prepared maps, solver progress, a result, or a failure."""
 
 PREVIEW_POINTS = 256
@@ -99,9 +95,9 @@ class LiveSolver:
         self._at_work = False
         self._closed = False
         self._drop = self._is_seen = False
-        self._read: dict[Any, Surface] = {}
-        self._prepared: tuple[Any, tuple[Surface, ...]] | None = None
-        self._coarse: tuple[tuple[Surface, ...], tuple[Surface, ...]] | None = None
+        self._read: dict[Any, rc.Surface] = {}
+        self._prepared: tuple[Any, tuple[rc.Surface, ...]] | None = None
+        self._coarse: tuple[tuple[rc.Surface, ...], tuple[rc.Surface, ...]] | None = None
         self._thread = threading.Thread(target=self._run_solver, name="live", daemon=True)
         self._thread.start()
 
@@ -157,7 +153,7 @@ class LiveSolver:
                 if self._coarse is None or self._coarse[0] is not surfaces:
                     self._coarse = surfaces, tuple(map(coarsen_surface, surfaces))
                 with self._wait_for_turn():
-                    contact = solve_request(
+                    contact = run.solve_request(
                         request, self._coarse[1], self._notify, self._notify
                     ).contact
                 assert contact is not None
@@ -168,22 +164,22 @@ class LiveSolver:
             self._notify(prepared)
             with self._wait_for_turn():
                 show = partial(self._show_preview, request)
-                return solve_request(request, surfaces, self._notify, self._notify, show)
-        except RoughcontactError as error:
+                return run.solve_request(request, surfaces, self._notify, self._notify, show)
+        except rc.RoughcontactError as error:
             return FailedRequest(request, error)
         except MemoryError:
             words = "the memory is exhausted; crop the map, or choose a coarser pixel"
-            return FailedRequest(request, InputError(words))
+            return FailedRequest(request, rc.InputError(words))
         except OSError as error:
             place = error.filename or "a file"
-            return FailedRequest(request, FormatError(f"{place}: {error.strerror or error}"))
+            return FailedRequest(request, rc.FormatError(f"{place}: {error.strerror or error}"))
         except _Outdated:
             raise
         except Exception as error:
             # The page must not wait forever after an internal error.
             _log.exception("a contact could not be solved")
             words = f"an internal error ended this ({type(error).__name__}): report it"
-            return FailedRequest(request, InputError(words))
+            return FailedRequest(request, rc.InputError(words))
 
     @contextlib.contextmanager
     def _wait_for_turn(self) -> Iterator[None]:
@@ -195,7 +191,7 @@ class LiveSolver:
             if is_given:
                 self._turns.release()
 
-    def _show_preview(self, request: Request, contact: ContactResult) -> None:
+    def _show_preview(self, request: Request, contact: rc.ContactResult) -> None:
         """Report a contact as a preview; the next request cancels its calibrated solve."""
         self._notify(Preview(request, contact))
         self._is_seen = True
@@ -215,7 +211,7 @@ class LiveSolver:
         needs_others = wanted is LiveAnswer.MAPS or _maps_key(request) != _maps_key(self._under_way)
         return self._is_seen or needs_others
 
-    def _maps(self, request: Request) -> tuple[Surface, ...]:
+    def _maps(self, request: Request) -> tuple[rc.Surface, ...]:
         key = _maps_key(request)
         if self._prepared is None or self._prepared[0] != key:
             self._prepared = self._coarse = None
@@ -227,7 +223,7 @@ class LiveSolver:
 
     def _reading(
         self, inputs: Sequence[Path], path: Path, announced: Callable[..., None], *reading: Any
-    ) -> Surface:
+    ) -> rc.Surface:
         key = path, _modification_times(path), reading
         if key not in self._read:
             # First remove maps that are no longer requested.
@@ -238,14 +234,14 @@ class LiveSolver:
         return self._read[key]
 
 
-def coarsen_surface(surface: Surface) -> Surface:
+def coarsen_surface(surface: rc.Surface) -> rc.Surface:
     """Return a surface coarsened for a preview, each pixel the mean of a block."""
     block = math.ceil(max(surface.shape) / PREVIEW_POINTS)
     blocks = min(block, surface.shape[0]), block
     rows, columns = (
         points // size * size for points, size in zip(surface.shape, blocks, strict=True)
     )
-    heights = cell_mean(surface.heights[:rows, :columns], blocks)
+    heights = drawing_style.cell_mean(surface.heights[:rows, :columns], blocks)
     dy, dx = surface.pixel
     return replace(surface, heights=heights, pixel=(dy * blocks[0], dx * blocks[1]))
 

@@ -14,31 +14,16 @@ from bokeh.core.properties import value
 from bokeh.events import DoubleTap
 from bokeh.plotting import figure
 
-from roughcontact.analyses.solve.fields import CONTACT
-from roughcontact.contact.result import ContactResult
+import roughcontact as rc
+from roughcontact import units
+from roughcontact.analyses.solve import fields
 from roughcontact.desk import rasters, style
 from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
 from roughcontact.desk.style import ACCENT, FONT, INK, read_script
 from roughcontact.desk.widgets import TabStrip
-from roughcontact.drawing import cells
-from roughcontact.drawing.style import (
-    CELLS_ALONE,
-    CLOSED,
-    ELASTIC,
-    MISSING,
-    NEUTRAL,
-    OVER,
-    SATURATED,
-    cell_mean,
-    cell_size,
-    doubt_suffix,
-    prefixed,
-    prefixed_window,
-)
-from roughcontact.report.kind import quantity_of
-from roughcontact.surface.surface import Surface
-from roughcontact.units import format_engineering, format_percent
+from roughcontact.drawing import cells, style as drawing_style
+from roughcontact.report import kind as quantities
 
 _EDGES = ("left", "right", "top", "bottom")
 # Side of the handle at each end [dots].
@@ -213,46 +198,44 @@ _FIELDS = {TOUCH: ("touching", "saturated", "missing"), GAP: ("cover",)}
 class ColorLimits(NamedTuple):
     """Limits of the colors of a map [SI], and factor and unit of their labels."""
 
-    limits: cells.Limits
+    low: float
+    high: float
     factor: float
     unit: str
 
 
-def height_scale(surface: Surface) -> tuple[ColorLimits, float]:
+def height_scale(surface: rc.Surface) -> tuple[ColorLimits, float]:
     """Return the color limits of heights, as in figures, and the mean height [m]."""
-    blocks = cell_size(surface.shape, surface.size, CELLS_ALONE)
+    blocks = drawing_style.cell_size(surface.shape, surface.size, drawing_style.CELLS_ALONE)
     mean = float(np.nanmean(surface.heights)) if surface.missing < surface.heights.size else 0.0
-    limits = cells.height_limits(cell_mean(surface.heights, blocks) - mean)
-    return ColorLimits(limits, *prefixed(max(abs(limits.low), abs(limits.high)), "m")), mean
+    low, high, *_ = cells.height_limits(drawing_style.cell_mean(surface.heights, blocks) - mean)
+    return ColorLimits(low, high, *drawing_style.prefixed(max(abs(low), abs(high)), "m")), mean
 
 
-def result_scales(result: ContactResult) -> dict[str, ColorLimits]:
+def result_scales(result: rc.ContactResult) -> dict[str, ColorLimits]:
     """Return the color limits of the maps of a result, as in figures."""
-    top = cells.pressure_limit([result])
-    blocks = cell_size(result.gap.shape, result.surface.size, CELLS_ALONE)
-    gaps = cells.open_gap(result.contact, result.gap, blocks)
-    widest = cells.gap_limit(gaps)
-    deepest = float(result.residual_indentation.max())
-    answer = {
-        PRESSURE: (cells.Limits(0.0, top, False, result.max_pressure > top), "Pa"),
-        GAP: (cells.Limits(0.0, widest, False, bool((gaps > widest).any())), "m"),
-        RESIDUAL: (cells.Limits(0.0, deepest or 1e-9, False, False), "m"),
+    size = result.surface.size
+    blocks = drawing_style.cell_size(result.gap.shape, size, drawing_style.CELLS_ALONE)
+    highest = {
+        PRESSURE: (cells.pressure_limit([result]), "Pa"),
+        GAP: (cells.gap_limit(cells.open_gap(result.contact, result.gap, blocks)), "m"),
+        RESIDUAL: (float(result.residual_indentation.max()) or 1e-9, "m"),
     }
     return {
-        key: ColorLimits(limits, *prefixed(limits.high, unit))
-        for key, (limits, unit) in answer.items()
+        key: ColorLimits(0.0, high, *drawing_style.prefixed(high, unit))
+        for key, (high, unit) in highest.items()
     }
 
 
-def map_titles(result: ContactResult) -> dict[str, str]:
+def map_titles(result: rc.ContactResult) -> dict[str, str]:
     """Return the titles of the maps of a result."""
 
     def value_text(key: str) -> str:
-        return quantity_of(CONTACT, key).row(result).text
+        return quantities.quantity_of(fields.CONTACT, key).row(result).text
 
-    touching = format_percent(result.contact_fraction)
+    touching = units.format_percent(result.contact_fraction)
     if result.ceiling is not None:
-        touching += f", saturated {format_percent(result.saturated_fraction)}"
+        touching += f", saturated {units.format_percent(result.saturated_fraction)}"
     deepest = value_text("max_residual_indentation") if result.ceiling is not None else "none"
     answer = {
         PRESSURE: f"largest {value_text('max_pressure')}",
@@ -260,7 +243,7 @@ def map_titles(result: ContactResult) -> dict[str, str]:
         GAP: f"mean {value_text('mean_gap')}",
         RESIDUAL: deepest,
     }
-    return {key: text + doubt_suffix(result) for key, text in answer.items()}
+    return {key: text + drawing_style.doubt_suffix(result) for key, text in answer.items()}
 
 
 class MapsView:
@@ -269,14 +252,14 @@ class MapsView:
     def __init__(self, is_live: bool = True) -> None:
         self.x_range: Any = models.Range1d(0.0, 1.0)
         self.y_range: Any = models.Range1d(1.0, 0.0)
-        self._surface: Surface | None = None
-        self._result: ContactResult | None = None
+        self.surface: rc.Surface | None = None
+        self.result: rc.ContactResult | None = None
         self._part: rasters.ResultWindow | None = None
-        self._mean, self._factor, self._unit = 0.0, 1.0, "m"
+        self.mean, self._factor, self._unit = 0.0, 1.0, "m"
         self._titles: dict[str, str] = {}
-        self._scales: dict[str, ColorLimits] = {}
+        self.scales: dict[str, ColorLimits] = {}
         self._is_scaling = False
-        self._chosen: dict[str, tuple[float, float]] = {}
+        self.chosen: dict[str, tuple[float, float]] = {}
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         self.sources: dict[str, Any] = {
@@ -330,16 +313,18 @@ class MapsView:
         edges = (self.y_range.end, self.x_range.start, self.y_range.start, self.x_range.end)
         return Box(*(float(edge) / self._factor for edge in edges))
 
-    def show_contact(self, surface: Surface | None, result: ContactResult | None = None) -> None:
+    def show_contact(
+        self, surface: rc.Surface | None, result: rc.ContactResult | None = None
+    ) -> None:
         """Show a surface and a result; maps of ``None`` are empty."""
         with style.batch_changes(self.plot.document):
             before = self.large
             # The section shows a whole profile.
             self.root.visible = surface is None or not surface.is_profile
             self.strip.visible = result is not None
-            if surface is not self._surface:
+            if surface is not self.surface:
                 self._put_surface(surface)
-            if not rasters.is_drawn_alike(result, self._result):
+            if not rasters.is_drawn_alike(result, self.result):
                 self._put_result(result)
             if before != self.large:
                 self._arrange()
@@ -353,7 +338,7 @@ class MapsView:
     @property
     def large(self) -> str:
         """Key of the large map; the heights without a contact."""
-        return HEIGHTS if self._result is None else self._large
+        return HEIGHTS if self.result is None else self._large
 
     def enlarge(self, key: str) -> None:
         """Show a map as the large map."""
@@ -375,12 +360,12 @@ class MapsView:
     @property
     def cropped(self) -> tuple[tuple[int, int], tuple[int, int]]:
         """Rows and columns of the surface in the drawn box."""
-        assert self._surface is not None
+        assert self.surface is not None
         sides = (self.crop.top, self.crop.bottom), (self.crop.left, self.crop.right)
         rows, columns = (
             sorted(min(max(math.floor(end / self._factor / edge + 0.5), 0), points) for end in ends)
             for ends, edge, points in zip(
-                sides, self._surface.pixel, self._surface.shape, strict=True
+                sides, self.surface.pixel, self.surface.shape, strict=True
             )
         )
         return (rows[0], rows[1]), (columns[0], columns[1])
@@ -398,7 +383,7 @@ class MapsView:
         tall, wide = self._home.bottom - self._home.top, self._home.right - self._home.left
         down = max(height - _ABOVE - _BELOW, _MIN_MAP_PIXELS)
         side, strip = 0.0, 0.0
-        if self._result is not None:
+        if self.result is not None:
             # Thumbnails in one column.
             side = min(max(height / len(NAMES) - _NAME, _NARROWEST), _WIDEST)
             strip = side + 2 * _SPACING
@@ -417,76 +402,77 @@ class MapsView:
             self._fit(box or self._home)
             self._draw()
 
-    def _put_surface(self, surface: Surface | None) -> None:
-        before, self._surface = self._surface, surface
+    def _put_surface(self, surface: rc.Surface | None) -> None:
+        before, self.surface = self.surface, surface
         if surface is None:
             self._titles = {}
             style.clear_source(self.sources[HEIGHTS])
             return
-        self._scales[HEIGHTS], self._mean = height_scale(surface)
+        self.scales[HEIGHTS], self.mean = height_scale(surface)
         if before is None or (before.size, before.shape) != (surface.size, surface.shape):
             self._home = rasters.box_of(surface)
-            self._chosen = {}
+            self.chosen = {}
             self.crop.visible = False
-            self._factor, self._unit = prefixed_window(0.0, max(surface.size))
+            self._factor, self._unit = drawing_style.prefixed_window(0.0, max(surface.size))
             self.plot.xaxis.axis_label = f"x, y [{self._unit}]"
             self._arrange()
             self._fit(self._home)
         self._draw_map(HEIGHTS)
 
-    def _put_result(self, result: ContactResult | None) -> None:
-        self._result = result
+    def _put_result(self, result: rc.ContactResult | None) -> None:
+        self.result = result
         self._titles = map_titles(result) if result is not None else {}
         if result is None:
             self._part = None
             style.clear_source(*(self.sources[key] for key in NAMES if key != HEIGHTS))
             return
-        self._scales |= result_scales(result)
+        self.scales |= result_scales(result)
         self._draw_result()
 
     def _name(self) -> None:
         """Set the title of the large map; with two maps, heights name the body."""
-        result, key = self._result, self.large
+        result, key = self.result, self.large
         name, text = NAMES[key], self._titles.get(key, "")
-        if key == HEIGHTS and self._surface is not None:
+        if key == HEIGHTS and self.surface is not None:
             two = result is not None and result.counter_surface is not None
             name = f"{name} of the body" if two else name
-            text = f"Sq {format_engineering(self._surface.Sq, 'm')}"
+            text = f"Sq {units.format_engineering(self.surface.Sq, 'm')}"
         self.plot.title.text = f"{name}, {text}" if text else name
 
     def _limits(self, key: str) -> tuple[float, float]:
         """Return the color limits of a map, chosen or computed, in the unit of its labels."""
-        (low, high, _, _), factor, _ = self._scales[key]
-        low, high = self._chosen.get(key, (low, high))
+        low, high, factor, _ = self.scales[key]
+        low, high = self.chosen.get(key, (low, high))
         return low * factor, high * factor
 
-    def _set_scale(self, key: str) -> None:
+    def set_scale(self, key: str) -> None:
+        """Set the color limits and the color bar of a map."""
         self._is_scaling = True
-        style.set_bar(self.bars[key], *self._limits(key), self._scales[key].unit)
+        style.set_bar(self.bars[key], *self._limits(key), self.scales[key].unit)
         self._is_scaling = False
 
     def _choose_limits(self, key: str) -> None:
         """Adopt color limits that are dragged in the browser."""
-        if key in self._scales and not self._is_scaling:
-            mapper, factor = self.mappers[key], self._scales[key].factor
-            self._chosen[key] = mapper.low / factor, mapper.high / factor
+        if key in self.scales and not self._is_scaling:
+            mapper, factor = self.mappers[key], self.scales[key].factor
+            self.chosen[key] = mapper.low / factor, mapper.high / factor
             self._recolor()
 
     def _reset_view(self, event: Any) -> None:
         """Show the whole map, or the computed color limits after a double click on their bar."""
         if event.x <= self.x_range.end:
             self.zoom()
-        elif self._chosen.pop(self.large, None) is not None:
+        elif self.chosen.pop(self.large, None) is not None:
             self._show_colors()
 
     def _show_colors(self) -> None:
         with style.batch_changes(self.plot.document):
-            if self.large in self._scales:
-                self._set_scale(self.large)
+            if self.large in self.scales:
+                self.set_scale(self.large)
             self._legend()
             self._others()
 
-    def _window(self, surface: Surface) -> Window:
+    def _window(self, surface: rc.Surface) -> Window:
         return rasters.window_of(surface.shape, surface.pixel, self.seen, self._frame, _MARGIN)
 
     def _draw(self) -> None:
@@ -495,15 +481,15 @@ class MapsView:
 
     def _draw_result(self) -> None:
         """Draw the large map at once, and the other maps later."""
-        if self._result is None:
+        if self.result is None:
             return
         # A preview has larger pixels than the map.
-        self._part = rasters.result_window(self._result, self._window(self._result.surface))
+        self._part = rasters.result_window(self.result, self._window(self.result.surface))
         self._draw_map(self.large)
         self._others()
 
     def _draw_others(self) -> None:
-        if self._result is None:
+        if self.result is None:
             return
         with style.batch_changes(self.plot.document):
             for key in NAMES:
@@ -513,23 +499,23 @@ class MapsView:
 
     def _draw_map(self, key: str) -> None:
         """Set the values and the color limits of a map."""
-        surface, part = self._surface, self._part
+        surface, part = self.surface, self._part
         if surface is None or (part is None and key != HEIGHTS):
             return
         told: dict[str, Any] = {}
-        if key in self._scales:
-            self._set_scale(key)
-            told = {"unit": self._scales[key].unit}
+        if key in self.scales:
+            self.set_scale(key)
+            told = {"unit": self.scales[key].unit}
         if key == HEIGHTS:
             view = self._window(surface)
-            columns = {key: rasters.mean_heights(surface, view, self._mean)}
+            columns = {key: rasters.mean_heights(surface, view, self.mean)}
         else:
             assert part is not None
-            assert self._result is not None
-            surface, view = self._result.surface, part.view
+            assert self.result is not None
+            surface, view = self.result.surface, part.view
             columns = _columns(key, part)
-        if key in self._scales:
-            columns[key] = columns[key] * np.float32(self._scales[key].factor)
+        if key in self.scales:
+            columns[key] = columns[key] * np.float32(self.scales[key].factor)
         top, left, bottom, right = (
             edge * self._factor for edge in rasters.window_extent(view, surface.pixel)
         )
@@ -553,7 +539,7 @@ class MapsView:
 
     def _moved(self) -> None:
         ranges = self._ranges()
-        if self._surface is None or ranges == self._fitted:
+        if self.surface is None or ranges == self._fitted:
             return
         self._fitted, self._wanted = ranges, self.seen
         with style.batch_changes(self.plot.document):
@@ -607,30 +593,33 @@ class MapsView:
         return [*layers, plot.image_rgba(image="cover", **place)] if key == GAP else layers
 
     def _legend(self) -> None:
-        result = self._result
+        result = self.result
         entries = []
         if result is not None:
             lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
             touching, saturated = result.contact_fraction, result.saturated_fraction
             entries = [
-                ("var(--ground)", f"no contact {format_percent(1 - touching - lost)}"),
-                (ELASTIC, f"elastic {format_percent(touching - saturated)}"),
-                (SATURATED, f"saturated {format_percent(saturated)}"),
-                (CLOSED, f"closed, in the gap {format_percent(touching)}"),
+                ("var(--ground)", f"no contact {units.format_percent(1 - touching - lost)}"),
+                (drawing_style.ELASTIC, f"elastic {units.format_percent(touching - saturated)}"),
+                (drawing_style.SATURATED, f"saturated {units.format_percent(saturated)}"),
+                (drawing_style.CLOSED, f"closed, in the gap {units.format_percent(touching)}"),
             ]
-        missing = 0 if self._surface is None else self._surface.missing
-        if missing and self._surface is not None:
+        missing = 0 if self.surface is None else self.surface.missing
+        if missing and self.surface is not None:
             entries.append(
-                (MISSING, f"missing {format_percent(missing / self._surface.heights.size)}")
+                (
+                    drawing_style.MISSING,
+                    f"missing {units.format_percent(missing / self.surface.heights.size)}",
+                )
             )
         if result is not None and self._is_beyond(result):
-            entries.append((OVER, "pressure beyond the scale"))
+            entries.append((drawing_style.OVER, "pressure beyond the scale"))
         patches = (f"<div>{style.color_patch(*entry)}</div>" for entry in entries)
         self.legend.text = "".join(patches)
 
-    def _is_beyond(self, result: ContactResult) -> bool:
+    def _is_beyond(self, result: rc.ContactResult) -> bool:
         """Whether the largest pressure exceeds the upper color limit, beyond rounding."""
-        highest = self._limits(PRESSURE)[1] / self._scales[PRESSURE].factor
+        highest = self._limits(PRESSURE)[1] / self.scales[PRESSURE].factor
         return result.max_pressure > highest * (1 + 1e-9)
 
     def show_cursor_values(self, plot: Any) -> None:
@@ -660,7 +649,9 @@ def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
 def map_figure(title: str, x_range: Any, y_range: Any, **look: Any) -> Any:
     """Return a figure of a map with pan, zoom and crosshair tools."""
     cross: list[Any] = [
-        models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted", syncable=False)
+        models.Span(
+            dimension=d, line_color=drawing_style.NEUTRAL, line_dash="dotted", syncable=False
+        )
         for d in ("width", "height")
     ]
     wheel = models.WheelZoomTool(zoom_on_axis=False)
@@ -695,12 +686,12 @@ def color_mappers() -> dict[str, Any]:
         GAP: colormaps["Blues"](steps),
         RESIDUAL: colormaps["Reds"](0.25 + 0.75 * steps),
     }
-    nothing = {HEIGHTS: MISSING, GAP: MISSING}
+    nothing = {HEIGHTS: drawing_style.MISSING, GAP: drawing_style.MISSING}
     return {
         key: models.LinearColorMapper(
             palette=style.color_palette(ramp),
             nan_color=nothing.get(key, rasters.CLEAR),
-            high_color=OVER if key == PRESSURE else None,
+            high_color=drawing_style.OVER if key == PRESSURE else None,
         )
         for key, ramp in colors.items()
     }

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import panel as pn
 
+import roughcontact as rc
+from roughcontact import cautions as caution_types
 from roughcontact.analyses.generate import task as generation
-from roughcontact.analyses.solve import report as contact
-from roughcontact.cautions import Caution
-from roughcontact.contact.result import ContactResult
-from roughcontact.desk import controls, header, inputs_panel, load_panel, style, workers
+from roughcontact.analyses.solve import report as contact_report
+from roughcontact.desk import controls, header, inputs_panel, style, workers
 from roughcontact.desk.controls import Run, make_button
 from roughcontact.desk.detail_panel import DetailPanel
 from roughcontact.desk.header import Header
@@ -24,35 +24,30 @@ from roughcontact.desk.live_solver import Event, FailedRequest, LiveSolver, Prep
 from roughcontact.desk.maps import MapsView
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import Line, Session, SessionState, Value
-from roughcontact.desk.widgets import Frame, TabPanels, reload_when_broken, tell_when_lost
-from roughcontact.errors import RoughcontactError
-from roughcontact.report import kinds, phrases
-from roughcontact.report.kind import TRUST
+from roughcontact.desk.widgets import Frame, TabPanels, watch_connection
+from roughcontact.report import kind as quantities, kinds, phrases
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Progress
-from roughcontact.surface.surface import Surface
 
 _SHORT = 0.6
 """Delay [s] before progress is shown."""
 
 
 class ShownResult(NamedTuple):
-    """Result with its request, and its main quantities, trust line and table as HTML."""
+    """Result with its request, and its main and its other quantities as HTML."""
 
     request: Request
-    result: ContactResult
+    result: rc.ContactResult
     numbers: str
-    trust: str
-    table: str
-    cautions: tuple[Caution, ...]
+    details: str
+    cautions: tuple[caution_types.Caution, ...]
 
 
 class ShownPreview(NamedTuple):
     """Preview with its request, and its main quantities as HTML."""
 
     request: Request
-    result: ContactResult
+    result: rc.ContactResult
     numbers: str
 
 
@@ -89,7 +84,13 @@ class Page:
         )
         self._bodies = inputs_panel.BodiesPanel(session, self._give_option)
         self._model = inputs_panel.ModelPanel(session, self._give_option)
-        self._load = load_panel.LoadPanel(session, self._set_option, self._drag)
+        self._parts: tuple[Any, ...] = (
+            self._map_panel,
+            self._preparation,
+            self._bodies,
+            self._model,
+        )
+        self._load = header.LoadPanel(session, self._set_option, self._drag)
         self._header = Header(self._load.root, self._remedy, self._focus_control)
         self._notice = pn.pane.HTML("", visible=False, **{**style.WIDE, "margin": (8, 16, 0, 16)})
         self._begun = time.monotonic()
@@ -116,8 +117,7 @@ class Page:
         self.root = self._laid_out()
         if self._document is not None:
             self._color(False)
-            tell_when_lost(self._document)
-            reload_when_broken(self._document)
+            watch_connection(self._document)
         if visit.file is not None and session.state.file is None:
             session.open_map(visit.file.resolve())
         visit.add_close_callback(self.close)
@@ -180,9 +180,9 @@ class Page:
 
     def _focus_control(self, place: str) -> None:
         """Unfold the step of a control, and focus the control."""
-        for step in self._steps:
-            if place in step.root.css_classes:
-                step.root.collapsed = False
+        for part in self._parts:
+            if place in part.step.root.css_classes:
+                part.step.root.collapsed = False
         self._window.sought = {"place": place, "count": self.session.number, "at": time.time()}
 
     def _color(self, dark: bool) -> None:
@@ -204,15 +204,13 @@ class Page:
     def _run_action(self, action: Callable[[], None]) -> None:
         try:
             action()
-        except RoughcontactError as error:
+        except rc.RoughcontactError as error:
             self._complain(error)
         self._show_state()
 
-    def _complain(self, error: RoughcontactError, aloud: bool = True) -> None:
+    def _complain(self, error: rc.RoughcontactError, aloud: bool = True) -> None:
         text = self.session.state.with_user_names(controls.error_text(error))
-        self._notice.object = (
-            controls.error_markup(text) if aloud else controls.error_markup(text, "")
-        )
+        self._notice.object = controls.error_markup(text, ' role="alert"' if aloud else "")
         self._notice.visible = True
 
     def _handle_line(self, line: Line) -> None:
@@ -236,7 +234,7 @@ class Page:
         def work() -> None:
             try:
                 generation.run_generate({**specified, "output": [str(path)]}, lambda _: None)
-            except RoughcontactError as error:
+            except rc.RoughcontactError as error:
                 self._run(partial(self._map_panel.refuse, error))
             else:
                 self._run(lambda: done(path))
@@ -246,13 +244,16 @@ class Page:
     # Results from the solver thread.
 
     def _receive_event(self, what: Event | ShownResult | ShownPreview) -> None:
-        if isinstance(what, (Progress, str)) and not self._is_slow:
-            return
-        if isinstance(what, Outcome) and what.contact is not None:
+        known = PreparedMaps, Preview, Outcome, FailedRequest, ShownResult, ShownPreview
+        if not isinstance(what, known):
+            if not self._is_slow:
+                return
+            what = what if isinstance(what, str) else phrases.progress_text(what)
+        elif isinstance(what, Outcome) and what.contact is not None:
             # Formatting takes time: in the server thread it would delay other pages.
             what = _shown_result(what.request, what.contact)
         elif isinstance(what, Preview):
-            form = load_panel.form_of(what.request.specified)
+            form = header.form_of(what.request.specified)
             what = ShownPreview(what.request, what.contact, header.key_numbers(what.contact, form))
         with self._lock:
             first = not self._news
@@ -295,7 +296,7 @@ class Page:
                     return
                 self._notice.visible = False
                 surface, line = what.result.surface, session.state.line
-                self.view.show_contact(surface, what.result, line, what.trust + what.table)
+                self.view.show_contact(surface, what.result, line, what.details)
                 self._header.show_numbers(what.numbers, what.cautions)
                 self._views.refresh()
                 self._fold_steps()
@@ -316,36 +317,34 @@ class Page:
                 # Announced once, at the control if the error has one.
                 requested = self._map_panel.tell_lacking(what.error)
                 self._complain(what.error, aloud=not requested)
-                self._preparation.refresh(session.prepared)
+                self._preparation.refresh()
                 self.view.clear()
                 self._header.show_lacking(session.state.missing)
                 self._update_state(True)
-            case Progress():
-                self._show_running(phrases.progress_text(what))
             case str():
                 self._show_running(what)
 
     def _show_prepared(self, what: PreparedMaps) -> None:
         session = self.session
-        self._map_panel.refresh(what)
+        self._map_panel.refresh()
         file = session.state.file
         self._map_panel.offer_channels(self._reader.channels.get(file, ()) if file else ())
-        self._preparation.refresh(what)
-        self._views.refresh()
-        self._load.refresh(what)
+        self._preparation.refresh()
+        self._load.refresh()
         failed, missing = session.failure is not None, session.state.missing
         if failed or missing:
             self.view.show_contact(what.surfaces[0], None, session.state.line, "")
             self._update_state(True)
         if missing and not failed:
             self._show_missing()
+        self._views.refresh()
 
     def _fold_steps(self) -> None:
         """Fold the steps before the model at the first contact."""
         if not self._has_contact:
             self._has_contact = True
-            for step in self._steps[:3]:
-                step.root.collapsed = True
+            for part in self._parts[:3]:
+                part.step.root.collapsed = True
 
     def _update_state(self, answered: bool = False) -> None:
         """Gray the main quantities if they are out of date, and show the state."""
@@ -383,18 +382,15 @@ class Page:
 
     def _show_state(self) -> None:
         """Update all controls after a change of the state."""
-        session = self.session
-        self._map_panel.refresh(session.prepared)
-        self._preparation.refresh(session.prepared)
-        self._bodies.refresh()
-        self._model.refresh()
+        for part in self._parts:
+            part.refresh()
         self._show_load()
 
     def _show_load(self) -> None:
         session = self.session
         self._begun = time.monotonic()
         self._views.refresh()
-        self._load.refresh(session.prepared)
+        self._load.refresh()
         self._undo.disabled, self._redo.disabled = not session.can_undo, not session.can_redo
         nothing = "file" in session.state.missing
         if nothing:
@@ -408,78 +404,51 @@ class Page:
     def _relief(self) -> Any:
         from roughcontact.desk.relief import ReliefView
 
-        return ReliefView(self.session, self.view.maps.bars)
+        return ReliefView(self.session, self.view.maps)
 
     def _make_job_panel(self, name: str, *more: Any) -> Any:
         from roughcontact.desk import job_panels
 
         return getattr(job_panels, name)(self.session, self._visit, self._run, *more)
 
-    @property
-    def _steps(self) -> tuple[inputs_panel.StepCard, ...]:
-        parts = self._map_panel, self._preparation, self._bodies, self._model
-        return tuple(part.step for part in parts)
-
     def _laid_out(self) -> Any:
+        title = pn.pane.HTML(
+            "<h1>roughcontact</h1>", width=style.LEFT - 32, margin=0, align="center", **style.SHEETS
+        )
+        keys = make_button("?", partial(self._header.handle_key, "?"), margin=0, align="center")
         first = pn.Row(
-            pn.pane.HTML(
-                "<h1>roughcontact</h1>",
-                width=style.LEFT - 32,
-                margin=0,
-                align="center",
-                **style.SHEETS,
-            ),
-            self._views.strip,
-            self._undo,
-            self._redo,
-            make_button("?", partial(self._header.handle_key, "?"), margin=0, align="center"),
+            *(title, self._views.strip, self._undo, self._redo, keys),
             sizing_mode="stretch_width",
             min_height=48,
             margin=0,
             stylesheets=[style.CSS["TOP"]],
         )
+        steps = (part.step.root for part in self._parts)
+        column, both = style.CSS["COLUMN"], {"sizing_mode": "stretch_both", "margin": 0}
         left = pn.Column(
-            *(step.root for step in self._steps),
-            width=style.LEFT,
-            margin=0,
-            stylesheets=[style.CSS["COLUMN"], style.CSS["LEFT_SIDE"]],
+            *steps, width=style.LEFT, margin=0, stylesheets=[column, style.CSS["LEFT_SIDE"]]
         )
-        sheet = pn.Column(
-            self._views.body,
-            sizing_mode="stretch_both",
-            margin=0,
-            stylesheets=[style.CSS["COLUMN"]],
+        below = pn.Row(
+            left,
+            pn.Column(self._views.body, stylesheets=[column], **both),
+            styles={"min-height": "0", "overflow": "hidden"},
+            **both,
         )
-        return pn.Column(
-            first,
-            self._header.root,
-            self._notice,
-            pn.Row(
-                left,
-                sheet,
-                sizing_mode="stretch_both",
-                margin=0,
-                styles={"min-height": "0", "overflow": "hidden"},
-            ),
-            self._header.drawer,
-            self._window,
-            sizing_mode="stretch_both",
-            margin=0,
-            stylesheets=[style.CSS["PAGE"]],
-        )
+        parts = first, self._header.root, self._notice, below, self._header.drawer, self._window
+        return pn.Column(*parts, stylesheets=[style.CSS["PAGE"]], **both)
 
 
-def _shown_result(request: Request, result: ContactResult) -> ShownResult:
-    heads, answer = contact.ContactPresentation(result).rows_by_ceiling()
+def _shown_result(request: Request, result: rc.ContactResult) -> ShownResult:
+    heads, answer = contact_report.ContactPresentation(result).rows_by_ceiling()
     rows = [(row.title, *texts) for row, texts in answer]
     empty = ("",) * (len(heads) - 1)
-    rows += [(row.title, row.text, *empty) for row in kinds.rows(result, TRUST)]
+    rows += [(row.title, row.text, *empty) for row in kinds.rows(result, quantities.TRUST)]
     return ShownResult(
         request,
         result,
-        header.key_numbers(result, load_panel.form_of(request.specified)),
-        f"<p>{header.trust_line(result)}</p>",
-        controls.markup_table(rows, ("", *heads) if heads else ()),
+        header.key_numbers(result, header.form_of(request.specified)),
+        f"<p>{header.trust_line(result)}</p>"
+        f"{controls.markup_table(rows, ('', *heads) if heads else ())}",
         tuple(result.cautions),
     )
 
@@ -504,7 +473,7 @@ class ContactView:
         start: Any = None,
     ) -> None:
         self._call_draw, self._call_keep, self._call_run = draw, keep, run
-        self._surface: Surface | None = None
+        self._surface: rc.Surface | None = None
         self._size = 1280, 800
         self._start = start
         self._keep = make_button("Crop to selection", self._crop_selection, visible=False)
@@ -550,8 +519,8 @@ class ContactView:
 
     def show_contact(
         self,
-        surface: Surface,
-        result: ContactResult | None,
+        surface: rc.Surface,
+        result: rc.ContactResult | None,
         line: Line | None,
         numbers: str | None = None,
     ) -> None:
@@ -583,7 +552,7 @@ class ContactView:
         if self._surface is not None:
             self.maps.strip.active = place
 
-    def cut(self, result: ContactResult | None, line: Line | None) -> None:
+    def cut(self, result: rc.ContactResult | None, line: Line | None) -> None:
         """Show another section, if a surface is shown."""
         if self._surface is None:
             return

@@ -13,9 +13,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from roughcontact._tools import files, memory
+import roughcontact as rc
+from roughcontact import errors
+from roughcontact._tools import files
 from roughcontact._tools.text import join_words
-from roughcontact.errors import ArgumentRef, InputError
 
 DAYS = 30
 """Lifetime of a project without visits [days]."""
@@ -99,12 +100,12 @@ class ProjectStore:
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(
+            raise rc.InputError(
                 f"the folder '{self.folder}' cannot be created ({error.strerror}); give another",
                 argument="folder",
             ) from None
         if not os.access(self.folder, os.W_OK | os.X_OK):
-            raise InputError(
+            raise rc.InputError(
                 f"no permission to write into the folder '{self.folder}'; give another",
                 argument="folder",
             )
@@ -153,11 +154,11 @@ class ProjectStore:
             with contextlib.suppress(OSError):
                 total += path.stat().st_size if path.is_file() else 0
         if total + size > limit:
-            raise InputError(
+            raise rc.InputError(
                 f"{name} has {_format_bytes(size)}, and the saved projects have "
                 f"{_format_bytes(total)}: more than {_format_bytes(limit)} together. Remove "
                 "projects that are not needed, or start the desk with a larger ",
-                ArgumentRef("upload_limit"),
+                errors.ArgumentRef("upload_limit"),
             )
         self._coming += size
         try:
@@ -239,16 +240,16 @@ def safe_file_name(name: str) -> str:
 def require_size(name: str, size: int, limit: int) -> None:
     """Raise `InputError` if a file is larger than the upload limit."""
     if size > limit:
-        raise InputError(
+        raise rc.InputError(
             f"{name} has more than {_format_bytes(limit)}, the upload limit; crop it, or start the "
             "desk with a larger ",
-            ArgumentRef("upload_limit"),
+            errors.ArgumentRef("upload_limit"),
         )
 
 
 def _format_bytes(size: int) -> str:
     """Return a number of bytes as text in GiB, MiB or bytes."""
-    for unit, name in ((memory.GIB, "GiB"), (2**20, "MiB")):
+    for unit, name in ((2**30, "GiB"), (2**20, "MiB")):
         if size >= unit:
             return f"{size / unit:.3g} {name}"
     return f"{size} bytes"

@@ -16,15 +16,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array, Pixel, Shape
-from roughcontact.contact.result import ContactResult
-from roughcontact.drawing import cells
-from roughcontact.drawing.style import CLOSED, OPEN, cell_max, cell_mean
-from roughcontact.surface.surface import Surface
+import roughcontact as rc
+from roughcontact.drawing import cells, style as drawing_style
 
 CLEAR = "#00000000"
 """Color of values that no point has: the ground of the page."""
 
+Array = NDArray[np.float64]
+Pixel = tuple[float, float]
 Mask = NDArray[np.bool_]
 Values = NDArray[np.float32]
 Colours = NDArray[np.uint32]
@@ -61,13 +60,13 @@ class Window(NamedTuple):
         return slice(*self.rows), slice(*self.columns)
 
 
-def box_of(surface: Surface) -> Box:
+def box_of(surface: rc.Surface) -> Box:
     """Return the box of a whole map."""
     return Box(0.0, 0.0, *surface.size)
 
 
 def window_of(
-    shape: Shape, pixel: Pixel, seen: Box, dots: tuple[float, float], margin: float = 0.0
+    shape: tuple[int, int], pixel: Pixel, seen: Box, dots: tuple[float, float], margin: float = 0.0
 ) -> Window:
     """Return the window of a visible box of a map, with a margin, for a number of dots."""
     sides = zip(shape, pixel, dots, (seen.top, seen.left), (seen.bottom, seen.right), strict=True)
@@ -84,7 +83,7 @@ def window_of(
     return Window(spans[0], spans[1], (blocks[0], blocks[1]))
 
 
-def whole_window(shape: Shape, dots: int) -> Window:
+def whole_window(shape: tuple[int, int], dots: int) -> Window:
     """Return the window of a whole map, with at most ``dots`` cells per side."""
     block = math.ceil(max(shape) / dots)
     return Window((0, shape[0]), (0, shape[1]), (block, block))
@@ -101,9 +100,11 @@ def window_extent(view: Window, pixel: Pixel) -> Box:
     return Box(top, left, bottom, right)
 
 
-def mean_heights(surface: Surface, view: Window, mean: float) -> Values:
+def mean_heights(surface: rc.Surface, view: Window, mean: float) -> Values:
     """Return the mean height of each cell above a mean [m]; NaN if half is missing."""
-    return (cell_mean(surface.heights[view.part], view.blocks) - mean).astype(np.float32)
+    return (drawing_style.cell_mean(surface.heights[view.part], view.blocks) - mean).astype(
+        np.float32
+    )
 
 
 class ResultWindow(NamedTuple):
@@ -122,7 +123,7 @@ class ResultWindow(NamedTuple):
         return self.view.blocks
 
 
-def result_window(result: ContactResult, view: Window) -> ResultWindow:
+def result_window(result: rc.ContactResult, view: Window) -> ResultWindow:
     """Return the fields of a result in a window."""
     pressure = result.pressure[view.part]
     if result.ceiling is None:
@@ -134,7 +135,7 @@ def result_window(result: ContactResult, view: Window) -> ResultWindow:
     return ResultWindow(pressure, gap, touching, saturated, view, shares)
 
 
-def is_drawn_alike(result: ContactResult | None, other: ContactResult | None) -> bool:
+def is_drawn_alike(result: rc.ContactResult | None, other: rc.ContactResult | None) -> bool:
     """Return whether two results have the same maps, such as before calibration."""
     if result is None or other is None:
         return result is other
@@ -143,7 +144,7 @@ def is_drawn_alike(result: ContactResult | None, other: ContactResult | None) ->
 
 def largest_pressure(part: ResultWindow) -> Values:
     """Return the largest pressure of each cell [Pa]; NaN without contact."""
-    largest = cell_max(part.pressure, part.blocks)
+    largest = drawing_style.cell_max(part.pressure, part.blocks)
     return np.where(largest > 0, largest, np.nan).astype(np.float32)
 
 
@@ -155,7 +156,7 @@ def contact_colors(part: ResultWindow) -> Colours:
     from matplotlib.colors import to_rgb
 
     covered = np.minimum(part.shares.touching + part.shares.missing, 1.0)[..., None]
-    ground = np.array(to_rgb(OPEN))
+    ground = np.array(to_rgb(drawing_style.OPEN))
     over = (cells.class_colors(part.shares) - ground) / np.where(covered > 0, covered, 1.0)
     return pack_colors(np.clip(np.dstack([ground + over, covered]), 0.0, 1.0))
 
@@ -176,13 +177,13 @@ def mean_gap(part: ResultWindow) -> Values:
 
 def closed_colors(part: ResultWindow) -> Colours:
     """Return the colors of closed and missing points, with their share as opacity."""
-    return pack_colors(cells.closed_cover(part.shares, CLOSED))
+    return pack_colors(cells.closed_cover(part.shares, drawing_style.CLOSED))
 
 
 def deepest_residual(part: ResultWindow) -> Values:
     """Return the deepest residual indentation of each cell [m]; NaN if there is none."""
     indentation = np.where(part.saturated, np.maximum(-part.gap, 0), 0.0)
-    deepest = cell_max(indentation, part.blocks)
+    deepest = drawing_style.cell_max(indentation, part.blocks)
     return np.where(deepest > 0, deepest, np.nan).astype(np.float32)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,16 +12,15 @@ import param
 from numpy.typing import NDArray
 from panel.custom import JSComponent
 
-from roughcontact.contact.result import ContactResult
+import roughcontact as rc
+from roughcontact import units
 from roughcontact.desk import rasters, style
 from roughcontact.desk.controls import show_alert
-from roughcontact.desk.load_panel import FORCE, form_of, load_text
-from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE, height_scale, result_scales
+from roughcontact.desk.header import FORCE, form_of, load_text
+from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE, MapsView
 from roughcontact.desk.session import Session
 from roughcontact.desk.widgets import TabPanel
-from roughcontact.drawing.style import OPEN, prefixed, prefixed_window
-from roughcontact.surface.surface import Surface
-from roughcontact.units import format_percent
+from roughcontact.drawing import style as drawing_style
 
 _DOTS = 512
 """Maximum number of cells along the longer side; larger maps are reduced."""
@@ -51,24 +49,20 @@ class Canvas(JSComponent):  # type: ignore[misc]
 class ReliefView(TabPanel):
     """3-D view in the colors of the maps; it follows the load of the page."""
 
-    def __init__(self, session: Session, bars: Mapping[str, Any]) -> None:
-        self._session, self._bars = session, bars
-        self._surface: Surface | None = None
-        self._result: ContactResult | None = None
+    def __init__(self, session: Session, maps: MapsView) -> None:
+        self._session, self._maps = session, maps
+        self._chosen: dict[str, tuple[float, float]] = {}
+        self._surface: rc.Surface | None = None
+        self._result: rc.ContactResult | None = None
         self._canvas = Canvas(sizing_mode="stretch_both", min_height=420, margin=0)
         self._note = pn.pane.HTML("", visible=False, **style.WIDE)
         self.root = pn.Column(self._note, self._canvas, sizing_mode="stretch_both", margin=(8, 0))
 
     def refresh(self) -> None:
-        """Show the contact, or only the map if options are missing or the solve failed."""
-        session = self._session
-        outcome, prepared = session.outcome, session.prepared
-        result = None if outcome is None else outcome.contact
-        if result is None and not (session.state.missing or session.failure):
-            # A new result is expected: keep the current view.
+        """Show what the maps show, but no preview on larger pixels."""
+        surface, result = self._maps.surface, self._maps.result
+        if surface is not None and result is not None and result.gap.shape != surface.shape:
             return
-        surface = prepared.surfaces[0] if result is None and prepared is not None else None
-        surface = surface if result is None else result.surface
         is_profile = surface is not None and surface.is_profile
         text = "A profile has no third dimension: its section shows all of it."
         show_alert(self._note, text if is_profile else "")
@@ -78,41 +72,37 @@ class ReliefView(TabPanel):
         if surface is not self._surface:
             self._surface = surface
             changes["heights"] = [] if surface is None else _heights(surface)
-        if surface is not None and ("heights" in changes or result is not self._result):
+        is_same = result is self._result and self._maps.chosen == self._chosen
+        if surface is not None and ("heights" in changes or not is_same):
             changes |= self._colors(surface, result)
-        self._result = result
+        self._result, self._chosen = result, dict(self._maps.chosen)
         self._canvas.param.update(**changes)
 
-    def _colors(self, surface: Surface, result: ContactResult | None) -> dict[str, Any]:
+    def _colors(self, surface: rc.Surface, result: rc.ContactResult | None) -> dict[str, Any]:
         """Return the colors of a surface by pressure, or by height without a result."""
-        view = _whole(surface)
+        view, maps = _whole(surface), self._maps
         if result is None:
-            scale, mean = height_scale(surface)
-            key, values = HEIGHTS, rasters.mean_heights(surface, view, mean)
+            key, values = HEIGHTS, rasters.mean_heights(surface, view, maps.mean)
         else:
-            key, scale = PRESSURE, result_scales(result)[PRESSURE]
-            values = rasters.largest_pressure(rasters.result_window(result, view))
-        bar = self._bars[key]
-        if bar.color_mapper.low is None:
-            # The map was not drawn yet, so its color bar has no limits.
-            (low, high, _, _), factor, unit = scale
-            style.set_bar(bar, low * factor, high * factor, unit)
-        words = "" if result is None else self._load_text(result)
+            key, values = PRESSURE, rasters.largest_pressure(rasters.result_window(result, view))
+        # The map may be drawn later.
+        maps.set_scale(key)
+        bar, words = maps.bars[key], "" if result is None else self._load_text(result)
         head = json.dumps(_head(key, bar, values.shape, words))
-        levels = _levels(values * np.float32(scale.factor), bar.color_mapper)
+        levels = _levels(values * np.float32(maps.scales[key].factor), bar.color_mapper)
         return {"palette": _palette(bar.color_mapper), "colors": [head, levels.tobytes()]}
 
-    def _load_text(self, result: ContactResult) -> str:
+    def _load_text(self, result: rc.ContactResult) -> str:
         form = form_of(self._session.state.specified)
         load = load_text(result, form, 4) or load_text(result, FORCE, 4)
-        return f"{load}, contact {format_percent(result.contact_fraction)}"
+        return f"{load}, contact {units.format_percent(result.contact_fraction)}"
 
 
-def _whole(surface: Surface) -> rasters.Window:
+def _whole(surface: rc.Surface) -> rasters.Window:
     return rasters.whole_window(surface.shape, _DOTS)
 
 
-def _heights(surface: Surface) -> list[Any]:
+def _heights(surface: rc.Surface) -> list[Any]:
     """Return the heights as JSON text and bytes for the script."""
     view = _whole(surface)
     # Relative to the mean: single precision would lose digits of large heights.
@@ -134,8 +124,8 @@ def _heights(surface: Surface) -> list[Any]:
         "side": side,
         "low": low,
         "high": high,
-        "length": prefixed_window(0.0, size),
-        "height": prefixed(high - low, "m"),
+        "length": drawing_style.prefixed_window(0.0, size),
+        "height": drawing_style.prefixed(high - low, "m"),
         "factor": _rounded(_HEIGHT_SHARE * size / (high - low)) if high > low else 1.0,
         "note": f"{cells}. Drag or arrow keys: turn. Wheel, + and −: zoom. Double click or 0: "
         "reset.",
@@ -162,7 +152,7 @@ def _palette(mapper: Any) -> list[str]:
     """Return the colors of the levels: no value first, above the scale last."""
     colors = list(mapper.palette)
     steps = np.linspace(0, len(colors) - 1, _LEVELS).round().astype(int)
-    nothing = OPEN if mapper.nan_color == rasters.CLEAR else mapper.nan_color
+    nothing = drawing_style.OPEN if mapper.nan_color == rasters.CLEAR else mapper.nan_color
     return [nothing, *(colors[step] for step in steps), mapper.high_color or colors[-1]]
 
 

@@ -12,20 +12,16 @@ from bokeh import models
 from bokeh.embed import json_item
 from bokeh.resources import Resources
 
+import roughcontact as rc
 from roughcontact._tools import files
-from roughcontact._version import __version__
 from roughcontact.analyses.solve import uncertainty_report
-from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import escape_markup, markup_table
 from roughcontact.desk.maps import NAMES, MapsView, map_figure, map_titles
-from roughcontact.errors import InputError
-from roughcontact.report import kinds, python_script
-from roughcontact.report.kind import TRUST
+from roughcontact.report import kind as quantities, kinds, python_script
+from roughcontact.request import run
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.run import run_request
-from roughcontact.solvers.progress import Progress
 
 _DOTS = 512
 """Maximum number of cells along the longer side, to keep the file small."""
@@ -34,9 +30,11 @@ _FRAME = 280
 """Longer side of a frame [dots]."""
 
 
-def save_page(tell: Callable[[Progress | str], None], request: Request, path: Path) -> Outcome:
+def save_page(
+    tell: Callable[[rc.results.Progress | str], None], request: Request, path: Path
+) -> Outcome:
     """Solve a contact and write its page; a job for a `WorkerPool`."""
-    outcome = run_request(request, tell, tell)
+    outcome = run.run_request(request, tell, tell)
     if outcome.contact is None:
         return outcome
     tell("writing the page")
@@ -44,10 +42,10 @@ def save_page(tell: Callable[[Progress | str], None], request: Request, path: Pa
     return replace(outcome, written=(path,))
 
 
-def render_page(result: ContactResult, request: Request) -> str:
+def render_page(result: rc.ContactResult, request: Request) -> str:
     """Return the page of a contact as the text of a self-contained HTML file."""
     if result.surface.is_profile:
-        raise InputError("a profile has no maps: use its report instead")
+        raise rc.InputError("a profile has no maps: use its report instead")
     # Escape closing tags, which a browser would take for the end of the script.
     item = json.dumps(
         json_item(_linked_maps(result), "maps", theme=style.theme(dark=False))
@@ -56,32 +54,26 @@ def render_page(result: ContactResult, request: Request) -> str:
         f"<script>{text}</script>\n"
         for text in Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).js_raw
     )
-    source = escape_markup(result.surface.provenance.source)
     ends = uncertainty_report.intervals_by_key(result)
     rows = [
         (row.title, row.text, ends.get(row.key, ""), row.meaning)
-        for row in (*kinds.rows(result), *kinds.rows(result, TRUST))
+        for row in (*kinds.rows(result), *kinds.rows(result, quantities.TRUST))
     ]
-    return f"""<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{source}: contact</title>
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
-<style>{style.CSS["SAVED_PAGE"]}</style>
-{scripts}</head><body>
-<h1>Contact of {source}</h1>
-<p class="quiet">Saved by roughcontact {__version__}. Wheel: zoom. Drag: move. Double click: \
-reset.</p>
-<div id="maps"></div>
-<h2>Cautions</h2>{controls.caution_list(result.cautions)}
-<h2>Numbers</h2>{markup_table(rows, ("", "value", "interval", ""))}
-<h2>Command</h2><pre>{escape_markup(request.command)}</pre>
-<h2>Python</h2><pre>{escape_markup(python_script.script_of_result(result))}</pre>
-<script type="application/json" id="item">{item}</script>
-<script>Bokeh.embed.embed_item(JSON.parse(document.getElementById("item").textContent))</script>
-</body></html>
-"""
+    return style.read_asset(
+        "saved_page.html",
+        SHEET=style.CSS["SAVED_PAGE"],
+        SCRIPTS=scripts,
+        SOURCE=escape_markup(result.surface.provenance.source),
+        VERSION=rc.__version__,
+        CAUTIONS=controls.caution_list(result.cautions),
+        NUMBERS=markup_table(rows, ("", "value", "interval", "")),
+        COMMAND=escape_markup(request.command),
+        PYTHON=escape_markup(python_script.script_of_result(result)),
+        ITEM=item,
+    )
 
 
-def _linked_maps(result: ContactResult) -> Any:
+def _linked_maps(result: rc.ContactResult) -> Any:
     """Return the five linked maps, with the values at the cursor and the legend."""
     maps = MapsView(is_live=False)
     maps.show_contact(result.surface, result)
@@ -112,8 +104,4 @@ def _linked_maps(result: ContactResult) -> Any:
 
 
 _WRAPPED = ":host { flex-wrap: wrap; gap: 8px; }"
-_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
-    "img-src data: blob:; font-src data:"
-)
 _RESET = "for (const r of [x_range, y_range]) r.setv({ start: r.reset_start, end: r.reset_end })"

@@ -26,18 +26,19 @@ from urllib.parse import urlencode
 from tornado import web
 from tornado.http1connection import HTTP1Connection
 
-from roughcontact._tools import memory, processes
+import roughcontact as rc
+from roughcontact import errors
+from roughcontact._tools import processes
 from roughcontact.desk import projects
 from roughcontact.desk.access import work_key
 from roughcontact.desk.workers import WorkerPool
-from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 
 _log = logging.getLogger(__name__)
 
 HOST, PORT = "127.0.0.1", 5106
 """Default address and port."""
 
-UPLOAD_LIMIT = memory.GIB
+UPLOAD_LIMIT = 2**30
 """Default maximum size of an uploaded file [bytes]."""
 
 MAX_PAGES = 32
@@ -86,11 +87,11 @@ class Settings:
     def __post_init__(self) -> None:
         """Raise `InputError` for an address of other machines without allowed origins."""
         if self.address not in _LOOPBACK and not self.origins:
-            raise InputError(
+            raise rc.InputError(
                 f"{self.address} admits other machines: give ",
-                ArgumentRef("allow_origin"),
+                errors.ArgumentRef("allow_origin"),
                 " which address their browsers show, such as ",
-                ArgumentRef("allow_origin", "http://lab-pc:5106"),
+                errors.ArgumentRef("allow_origin", "http://lab-pc:5106"),
                 argument="address",
             )
 
@@ -193,6 +194,9 @@ class Server:
             asyncio.set_event_loop(loop)
             ends.callback(loop.close)
             ends.callback(asyncio.set_event_loop, None)
+            if self._settings.file is not None:
+                # The process that reads the map starts while Panel is imported.
+                self.bench.prestart()
             try:
                 # Browsers wait at the open socket meanwhile.
                 self._import()
@@ -203,10 +207,6 @@ class Server:
             ends.callback(self._closed, loop)
             with _stop_on_signals(loop):
                 loop.run_forever()
-
-    def wait(self, seconds: float) -> bool:
-        """Wait until pages can be served; return False on timeout."""
-        return self._ready.wait(seconds)
 
     def stop(self) -> None:
         """Stop `run`, from another thread."""
@@ -276,7 +276,7 @@ class Server:
             unused_session_lifetime_milliseconds=_LINGER * 1000,
             check_unused_sessions_milliseconds=_LOOK * 1000,
             transforms=[access.GuardedApplication],
-            log_function=_log_nothing,
+            log_function=access.log_nothing,
         )
         # If other machines can connect, their access expires with the program.
         own = not self._settings.is_open
@@ -339,7 +339,7 @@ class Server:
             return
         try:
             sheet.append(self._page(visit))
-        except RoughcontactError as error:
+        except rc.RoughcontactError as error:
             # For example, a project file that was edited by hand is invalid.
             self._close_visit(session)
             sheet.append(pn.pane.Str(str(error)))
@@ -417,7 +417,7 @@ def _open_socket(settings: Settings) -> tuple[socket.socket, int]:
             continue
         listening.setblocking(False)
         return listening, int(listening.getsockname()[1])
-    raise InputError(
+    raise rc.InputError(
         f"{wanted[-1]} of {settings.address} cannot be opened ({reason}); give another",
         argument="port",
     )
@@ -442,10 +442,6 @@ def _stop_on_signals(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
 
 async def _run_callbacks() -> None:
     """Run the pending callbacks of the event loop."""
-
-
-def _log_nothing(handler: Any) -> None:
-    """Log nothing."""
 
 
 # Names of page folders and generated files: no other path can be requested.
@@ -511,7 +507,7 @@ class UploadHandler(web.RequestHandler):
             self._ends.enter_context(
                 self._works.reserve_upload(projects.safe_file_name(name), size, self._together)
             )
-        except InputError as error:
+        except rc.InputError as error:
             # The limit is an option of the command that starts the server.
             self._refuse(413, error.message_for(lambda ref: f"--{ref.name.replace('_', '-')}"))
             return

@@ -11,9 +11,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import roughcontact as rc
+from roughcontact import errors
 from roughcontact._tools import files
-from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.batch.project import DESK_TABLE
+from roughcontact.analyses import tasks
+from roughcontact.batch import project as project_files
 from roughcontact.desk.live_solver import (
     PREVIEW_POINTS,
     Event,
@@ -22,12 +24,12 @@ from roughcontact.desk.live_solver import (
     LiveSolver,
     PreparedMaps,
 )
-from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.request.options import COATINGS, COUNTER_SURFACE, READING, REMOVED, Panel
+from roughcontact.request import options, task as commands
 from roughcontact.request.outcome import Outcome
-from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
-from roughcontact.request.task import Task
+
+SOLVE = tasks.PROJECT_TASKS["solve"]
+"""Command that solves one contact."""
 
 Value = str | bool
 """Value of an option: text, or whether a flag is set."""
@@ -101,7 +103,7 @@ class SessionState:
 
     def with_map(self, path: Path | None, name: str = "") -> SessionState:
         """Return the state with another map; file properties of the old one are dropped."""
-        of_file = {*(option.name for option in READING), "points", "crop"}
+        of_file = {*(option.name for option in options.READING), "points", "crop"}
         others = {key: value for key, value in self.specified.items() if key not in of_file}
         state = replace(
             self,
@@ -129,8 +131,8 @@ class SessionState:
         """Return the state with an option set; an empty value removes the option."""
         option = SOLVE.by_name.get(name)
         # Output files are offered by the page itself and have no key in project files.
-        if option is None or option.panel is Panel.OUTPUT:
-            raise InputError(f"is no option of {SOLVE.name}", argument=name, value=value)
+        if option is None or option.panel is options.Panel.OUTPUT:
+            raise rc.InputError(f"is no option of {SOLVE.name}", argument=name, value=value)
         if isinstance(value, str):
             value = value.strip()
         if value in ("", False):
@@ -153,12 +155,12 @@ class SessionState:
                 state = state.with_option(name, _UNDONE[name])
         return state
 
-    def request(self, task: Task = SOLVE, /, **more: Value) -> Request:
+    def request(self, task: commands.Task = SOLVE, /, **more: Value) -> Request:
         """Return the request of a task for the state, with additional options."""
         known = task.by_name
-        for option in COATINGS:
+        for option in options.COATINGS:
             if option.name in self.specified and option.name not in known:
-                raise InputError(
+                raise rc.InputError(
                     f"is not available for {task.name}; remove it, or leave this analysis out",
                     argument=option.argument,
                 )
@@ -204,11 +206,11 @@ class SessionState:
                 lines.append(f"file = {_toml(place(str(self.file)))}")
             paths = {
                 key: place(str(specified[key]))
-                for key in (COUNTER_SURFACE.name,)
+                for key in (options.COUNTER_SURFACE.name,)
                 if key in specified
             }
             lines += [f"{key} = {_toml(value)}" for key, value in {**specified, **paths}.items()]
-        lines += ["", f"[{DESK_TABLE}]"]
+        lines += ["", f"[{project_files.DESK_TABLE}]"]
         if self.line is not None:
             lines.append(f"line = [{', '.join(map(repr, self.line))}]")
         if self.is_first:
@@ -222,7 +224,7 @@ def from_script(text: str, folder: Path) -> SessionState:
     try:
         read = tomllib.loads(text)
         contacts = {contact.pop("name"): contact for contact in read["contact"]}
-        own = read.get(DESK_TABLE, {})
+        own = read.get(project_files.DESK_TABLE, {})
         line = own.get("line")
         state = SessionState(
             names=MappingProxyType({str(k): str(v) for k, v in own.get("names", {}).items()}),
@@ -232,7 +234,7 @@ def from_script(text: str, folder: Path) -> SessionState:
         files = [contact.pop("file", None) for contact in contacts.values()]
         specified = contacts[CONTACT]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise FormatError(f"the project file of this page cannot be read ({error})") from None
+        raise rc.FormatError(f"the project file of this page cannot be read ({error})") from None
     if files[0] is not None:
         state = replace(state, file=_stored_file(files[0], folder))
     for key, value in specified.items():
@@ -254,9 +256,9 @@ def _stored_file(path: object, folder: Path) -> Path:
 
 def _word(key: str, value: Any, folder: Path) -> tuple[str, Value]:
     """Return the option of a key, which an older version may have written, and its value."""
-    if key == COUNTER_SURFACE.name:
+    if key == options.COUNTER_SURFACE.name:
         return key, str(_stored_file(value, folder))
-    name, form = REMOVED.get(key, (key, "{}"))
+    name, form = options.REMOVED.get(key, (key, "{}"))
     return name, value if isinstance(value, bool) else form.format(value)
 
 
@@ -348,13 +350,6 @@ class Session:
         """Set an option, or remove it with an empty value, see `SessionState.with_option`."""
         self._change_state(self._state.with_option(name, value))
 
-    def give_all(self, specified: dict[str, Value]) -> None:
-        """Set several options as one step."""
-        state = self._state
-        for name, value in specified.items():
-            state = state.with_option(name, value)
-        self._change_state(state)
-
     def undo_step(self, method: str) -> None:
         """Remove a step of the preparation."""
         self._change_state(self._state.remove_step(method))
@@ -367,13 +362,13 @@ class Session:
         if state.specified.get("missing") == "crop":
             changing.append("missing")
         if changing:
-            raise InputError(
+            raise rc.InputError(
                 "is done before ",
-                ArgumentRef(changing[0].replace("-", "_")),
+                errors.ArgumentRef(changing[0].replace("-", "_")),
                 ": remove that, draw the part again, and add it back",
                 argument="crop",
             )
-        before = window(str(state.specified.get("crop", ":,:")), "crop")
+        before = SOLVE.by_name["crop"].parse(str(state.specified.get("crop", ":,:")), "crop")
         top, left = (part.start or 0 for part in before)
         bounds = (top + rows[0], top + rows[1]), (left + columns[0], left + columns[1])
         self.set_option("crop", ",".join(f"{first}:{last}" for first, last in bounds))
@@ -390,7 +385,7 @@ class Session:
         """Exchange the current and the pinned options; A and B of the comparison stay."""
         state = self._state
         if state.pinned is None:
-            raise InputError("nothing is pinned: pin a state first")
+            raise rc.InputError("nothing is pinned: pin a state first")
         self._change_state(
             replace(
                 state, specified=state.pinned, pinned=state.specified, is_first=not state.is_first
@@ -438,7 +433,7 @@ class Session:
             specified.setdefault("missing", "mask")
         try:
             request = replace(state, specified=MappingProxyType(specified)).request()
-        except InputError as error:
+        except rc.InputError as error:
             self._live.cancel()
             self.failure = FailedRequest(None, error)
             self._on_event(self.failure)
@@ -515,7 +510,7 @@ class Session:
         if (
             request is None
             or "missing" in request.specified
-            or isinstance(failed.error, FormatError)
+            or isinstance(failed.error, rc.FormatError)
         ):
             return
         specified = {

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from panel.io.document import hold
 from panel.io.state import state
 
-from roughcontact.drawing.style import OPEN
+from roughcontact.drawing import style as drawing_style
 
 INK, QUIET, LINE, ACCENT, WARNING = "#14181f", "#525b67", "#dfe3e7", "#0b5cad", "#a6320c"
 """Colors of text, lines and marks; the style sheets have further ones for dark pages."""
@@ -38,8 +38,9 @@ def read_script(*names: str) -> str:
     return "".join(read_asset(f"{name}.js") for name in names)
 
 
-_VALUES = {name: value for name, value in globals().items() if name.isupper() and name[0] != "_"}
-_PARTS = re.split(r"/\* ([A-Z_]+) \*/", read_asset("page.css", **_VALUES))
+_COLORS = {"INK": INK, "QUIET": QUIET, "LINE": LINE, "ACCENT": ACCENT, "WARNING": WARNING}
+_SHEETS = read_asset("page.css", FONT=FONT, OPEN=drawing_style.OPEN, **_COLORS)
+_PARTS = re.split(r"/\* ([A-Z_]+) \*/", _SHEETS)
 CSS = dict(zip(_PARTS[1::2], _PARTS[2::2], strict=True))
 """Style sheets of the page by name; the color scheme of the system selects light or dark."""
 
@@ -54,35 +55,27 @@ NEW, OLD = {"opacity": "1"}, {"opacity": "0.45", "transition": "opacity .2s .4s"
 """Styles of current and outdated results; the delay hides a quick update."""
 
 SHEETS: dict[str, Any] = {"stylesheets": [TEXT]}
-SHEET: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 0)}
+SHEET: dict[str, Any] = {**SHEETS, "margin": (0, 0)}
 BLOCK: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 4, 0)}
-CONTROL: dict[str, Any] = {
-    "stylesheets": [TEXT],
-    "sizing_mode": "stretch_width",
-    "margin": (0, 0, 4, 0),
-}
+CONTROL: dict[str, Any] = {**SHEETS, **BLOCK}
 # Content higher than its column makes the column scroll, without overlap.
 TALL = ":host { max-height: none !important; }"
-WIDE: dict[str, Any] = {
-    "stylesheets": [TEXT, TALL],
-    "sizing_mode": "stretch_width",
-    "margin": (0, 0, 6, 0),
-}
-HIGH: dict[str, Any] = {"stylesheets": [TALL], "sizing_mode": "stretch_width"}
-TABS: dict[str, Any] = {"stylesheets": [TEXT], "sizing_mode": "stretch_both", "margin": (4, 0)}
 STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
-BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
+WIDE: dict[str, Any] = {**STRIP, "stylesheets": [TEXT, TALL]}
+HIGH: dict[str, Any] = {"stylesheets": [TALL], "sizing_mode": "stretch_width"}
+TABS: dict[str, Any] = {**SHEETS, "sizing_mode": "stretch_both", "margin": (4, 0)}
+BUTTON: dict[str, Any] = {**SHEETS, "margin": (0, 6, 4, 0)}
 
 
-_COLORS = {
-    False: {"SCRIPT": INK, "GRID": "#e4e4e4", "FRAME": "#b8b8b8", "SHEET": OPEN},
+_SCHEMES = {
+    False: {"SCRIPT": INK, "GRID": "#e4e4e4", "FRAME": "#b8b8b8", "SHEET": drawing_style.OPEN},
     True: {"SCRIPT": "#e8ebef", "GRID": "#2b313a", "FRAME": "#6d7885", "SHEET": "#262c34"},
 }
 
 
 def theme(dark: bool) -> Theme:
     """Return the fonts and colors of figures."""
-    return Theme(json=json.loads(read_asset("theme.json", FONT=FONT, **_COLORS[dark])))
+    return Theme(json=json.loads(read_asset("theme.json", FONT=FONT, **_SCHEMES[dark])))
 
 
 def empty_source(*names: str) -> Any:

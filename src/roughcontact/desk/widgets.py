@@ -40,6 +40,7 @@ class TabStrip(JSComponent):  # type: ignore[misc]
     """Strip of tabs; ``active`` is the index of the active tab.
 
     If ``pictured``, each tab has a thumbnail: a URL in ``pictures``, ``side`` dots wide and high.
+    ``body`` is the class of the element with the active panel.
     """
 
     names = param.List([])
@@ -47,8 +48,9 @@ class TabStrip(JSComponent):  # type: ignore[misc]
     pictured = param.Boolean(False)
     pictures = param.List([])
     side = param.Integer(0)
+    body = param.String("")
 
-    _esm = style.read_script("tab_strip")
+    _esm = style.read_script("find", "tab_strip")
     _stylesheets: ClassVar = [style.CSS["TAB_STRIP"]]
 
 
@@ -58,10 +60,10 @@ class Tabs:
     def __init__(
         self, parts: Mapping[str, Any], turned: Callable[[], None], sizing: str = "stretch_width"
     ) -> None:
-        about = {**style.TABS, "sizing_mode": sizing}
-        self._parts, self._turned = list(parts.values()), turned
-        self.strip = TabStrip(names=list(parts), height=36, **style.STRIP)
-        self.body = pn.Column(**about)
+        self._parts, self._turned, names = list(parts.values()), turned, list(parts)
+        name = f"body-{names[0].lower()}"
+        self.strip = TabStrip(names=names, body=name, height=36, **style.STRIP)
+        self.body = pn.Column(css_classes=[name], **{**style.TABS, "sizing_mode": sizing})
         self.strip.param.watch(lambda _: self._turn(), "active")
         self._update_body()
 
@@ -109,7 +111,7 @@ class Frame(JSComponent):  # type: ignore[misc]
     arrived = param.Dict({})
     count = param.Integer(0)
 
-    _esm = style.read_script("send", "frame")
+    _esm = style.read_script("send", "find", "frame")
     _stylesheets: ClassVar = [style.CSS["FRAME"]]
 
 
@@ -125,48 +127,14 @@ def send_all_after_pull(document: Any) -> None:
     document.to_json = copy
 
 
-def reload_when_broken(document: Any) -> None:
-    """Reload a page that cannot apply a change; after a second failure, show a message."""
-    document.js_on_event(DocumentReady, CustomJS(args={"words": BROKEN}, code=_BROKEN))
-
-
-def tell_when_lost(document: Any) -> None:
-    """Show a message on the page after the loss of its server."""
-    document.js_on_event(ConnectionLost, CustomJS(args={"words": LOST}, code=_LOST))
-
-
-_LOST = f"""
-if (document.getElementById("lost") == null) {{
-  const said = document.createElement("div")
-  said.id = "lost"
-  said.setAttribute("role", "alert")
-  said.textContent = words
-  said.style.cssText = `position: fixed; z-index: 1000; inset: 0 0 auto 0; padding: 10px 16px;
-    background: {style.WARNING}; color: white; font: 14px {style.FONT}`
-  document.body.append(said)
-}}
-"""
-
-_BROKEN = f"""
-const again = 60000
-for (const page of Bokeh.documents) {{
-  const apply = page.apply_json_patch.bind(page)
-  page.apply_json_patch = (...patch) => {{
-    // What the server sends is not new to it: Bokeh would send it back whole with the next event.
-    const own = new Set(page._new_models)
-    try {{
-      apply(...patch)
-      page._new_models = own
-    }} catch (error) {{
-      const last = Number(sessionStorage.getItem("broken"))
-      sessionStorage.setItem("broken", Date.now())
-      if (Date.now() - last > again) location.reload()
-      else {{ {_LOST} }}
-      throw error
-    }}
-  }}
-}}
-"""
+def watch_connection(document: Any) -> None:
+    """Reload a page that cannot apply a change; show a message if it fails again, or is lost."""
+    show = style.read_asset("lost.js", WARNING=style.WARNING, FONT=style.FONT)
+    for event, words, code in (
+        (DocumentReady, BROKEN, style.read_script("broken")),
+        (ConnectionLost, LOST, "show_lost(words)"),
+    ):
+        document.js_on_event(event, CustomJS(args={"words": words}, code=show + code))
 
 
 class TabPanel:
@@ -187,7 +155,7 @@ class TabPanel:
             self._working.cancel()
 
 
-class TabPanels:
+class TabPanels(Tabs):
     """Tabs of the page: the first panel is given, the others are built when first shown."""
 
     def __init__(self, first: Any, others: Mapping[str, Callable[[], TabPanel]]) -> None:
@@ -198,12 +166,11 @@ class TabPanels:
             for _ in others
         ]
         parts = {"Contact": first, **dict(zip(others, self._places, strict=True))}
-        self._tabs = Tabs(parts, self.refresh, "stretch_both")
-        self.strip, self.body = self._tabs.strip, self._tabs.body
+        super().__init__(parts, self.refresh, "stretch_both")
 
     def refresh(self) -> None:
         """Update the visible panel."""
-        active = self._tabs.active
+        active = self.active
         if active == 0:
             return
         if active not in self._created:

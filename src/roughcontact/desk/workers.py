@@ -8,24 +8,18 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from roughcontact._tools import files, memory, processes
-from roughcontact._tools.processes import LostWorkerError, Worker
-from roughcontact.errors import InsufficientMemoryError, RoughcontactError
-from roughcontact.request.options import FOLDER
+import roughcontact as rc
+from roughcontact._tools import files, processes
+from roughcontact.request import options
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Progress
 
-if TYPE_CHECKING:
-    from roughcontact.formats.source import Channel
-    from roughcontact.surface.surface import Surface
-
-READING_MEMORY = 4 * memory.GIB
+READING_MEMORY = 4 * 2**30
 """Memory limit of reading an uploaded file [bytes]."""
 
 READING_SECONDS = 60.0
@@ -47,7 +41,7 @@ class Limits:
 class JobStage:
     """Progress of a job."""
 
-    progress: Progress | str  # Solver progress, or a stage as text
+    progress: rc.results.Progress | str  # Solver progress, or a stage as text
     share: float | None  # Completed share, if known
     seconds: float  # Time since the start of the job [s]
 
@@ -62,7 +56,7 @@ class JobResult:
     """Result of a job."""
 
     value: Any = None  # Returned value
-    error: RoughcontactError | None = None  # Reason of a failure
+    error: rc.RoughcontactError | None = None  # Reason of a failure
     canceled: bool = False  # Whether the job was canceled
     seconds: float = 0.0  # Duration [s]
 
@@ -77,7 +71,7 @@ class WorkerPool:
     def __init__(self, spare: bool = True) -> None:
         self._lock = threading.Lock()
         self._keeps = spare
-        self._spare: Worker | None = None
+        self._spare: processes.Worker | None = None
         self._jobs: set[Job] = set()
         # Each solve takes all cores: more than two in parallel only delay each other.
         self.turns = threading.Semaphore(2)
@@ -95,7 +89,7 @@ class WorkerPool:
         with self._lock:
             worker, self._spare = self._spare, None
         if worker is None or not worker.process.is_alive():
-            worker = Worker(_NEEDED)
+            worker = processes.Worker(_NEEDED)
         job = Job(
             worker, (work, args, limits or Limits()), on_stage, self._forget_job(ended), folders
         )
@@ -110,7 +104,7 @@ class WorkerPool:
         """Start the spare process, if there is none."""
         with self._lock:
             if self._keeps and (self._spare is None or not self._spare.process.is_alive()):
-                self._spare = Worker(_NEEDED)
+                self._spare = processes.Worker(_NEEDED)
 
     def close(self) -> None:
         """End all jobs and processes."""
@@ -140,7 +134,7 @@ class Job:
 
     def __init__(
         self,
-        worker: Worker,
+        worker: processes.Worker,
         task: tuple[Callable[..., Any], tuple[Any, ...], Limits],
         on_stage: OnStage | None,
         ended: Callable[[Job, JobResult], None],
@@ -196,7 +190,7 @@ class Job:
                     remaining = maximum - self._seconds
                 message = self._worker.receive(max(0.0, min(remaining, _POLL_SECONDS)))
                 if message is None and remaining <= 0:
-                    return JobResult(error=RoughcontactError(f"took longer than {maximum:g} s"))
+                    return JobResult(error=rc.RoughcontactError(f"took longer than {maximum:g} s"))
                 match message:
                     case (processes.RESULT, value):
                         return JobResult(value=value)
@@ -204,13 +198,13 @@ class Job:
                         return JobResult(error=error)
                     case (processes.REPORT, state):
                         self._notify(state)
-        except LostWorkerError as lost:
+        except processes.LostWorkerError as lost:
             if not self._canceled.is_set():
-                return JobResult(error=RoughcontactError(str(lost)))
+                return JobResult(error=rc.RoughcontactError(str(lost)))
         return JobResult(canceled=True)
 
-    def _notify(self, state: Progress | str) -> None:
-        if isinstance(state, Progress) and state.count > 1:
+    def _notify(self, state: rc.results.Progress | str) -> None:
+        if not isinstance(state, str) and state.count > 1:
             done = (state.number - 1 + state.kept) / state.count
             self._share = max(self._share or 0.0, done)
         if self._on_stage is not None:
@@ -224,7 +218,7 @@ _NEEDED = ("roughcontact.contact.solve", "roughcontact.formats.read", "roughcont
 
 
 def _run_limited(
-    tell: Callable[[Progress | str], None],
+    tell: Callable[[rc.results.Progress | str], None],
     work: Callable[..., Any],
     args: tuple[Any, ...],
     limits: Limits,
@@ -233,26 +227,26 @@ def _run_limited(
     try:
         with processes.limit_memory(limits.memory):
             return work(tell, *args)
-    except RoughcontactError:
+    except rc.RoughcontactError:
         raise
     except MemoryError:
         raise _limit_error(limits.memory) from None
     except OSError as error:
         words = f"{error.filename or 'a file'}: {error.strerror or error}"
-        raise RoughcontactError(words) from None
+        raise rc.RoughcontactError(words) from None
     except Exception as error:
-        raise RoughcontactError(f"{type(error).__name__}: {error}") from error
+        raise rc.RoughcontactError(f"{type(error).__name__}: {error}") from error
 
 
-def _limit_error(maximum: int | None) -> InsufficientMemoryError:
-    specified = "" if maximum is None else f" of {maximum / memory.GIB:.3g} GiB"
-    return InsufficientMemoryError(f"the memory{specified} is exhausted; crop the map")
+def _limit_error(maximum: int | None) -> rc.InsufficientMemoryError:
+    specified = "" if maximum is None else f" of {maximum / 2**30:.3g} GiB"
+    return rc.InsufficientMemoryError(f"the memory{specified} is exhausted; crop the map")
 
 
 # Jobs
 
 
-def run_request(tell: Callable[[Progress | str], None], request: Request) -> Any:
+def run_request(tell: Callable[[rc.results.Progress | str], None], request: Request) -> Any:
     """Execute a request, and return its `Outcome`; a job for `WorkerPool.submit`."""
     from roughcontact.request import run
 
@@ -262,13 +256,13 @@ def run_request(tell: Callable[[Progress | str], None], request: Request) -> Any
 def output_folders(request: Request) -> list[Path]:
     """Return the folders that a request writes into."""
     result = {path.parent for _, path in request.places}
-    folder = request.get(FOLDER)
+    folder = request.get(options.FOLDER)
     return sorted(result if folder is None else result | {folder})
 
 
 def read_map(
-    tell: Callable[[Progress | str], None], path: Path, reading: dict[str, Any]
-) -> tuple[Surface, Any]:
+    tell: Callable[[rc.results.Progress | str], None], path: Path, reading: dict[str, Any]
+) -> tuple[rc.Surface, Any]:
     """Read a map and the channels of its file, as `formats.read.read_with_channels`; a job."""
     from roughcontact.formats import read
 
@@ -283,7 +277,7 @@ class MapReader:
 
     def __init__(self, bench: WorkerPool, limits: Limits = READING) -> None:
         self._bench, self._limits = bench, limits
-        self._checked: tuple[Path, Surface] | None = None
+        self._checked: tuple[Path, rc.Surface] | None = None
         self.channels: dict[Path, list[str]] = {}
 
     def check(self, path: Path, ended: OnEnd) -> None:
@@ -297,7 +291,7 @@ class MapReader:
         work = partial(read_map, path=path, reading={})
         self._bench.submit(work, ended=keep_map, limits=self._limits)
 
-    def __call__(self, path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
+    def __call__(self, path: Path, announced: Callable[..., None], *reading: Any) -> rc.Surface:
         """Read a map; a checked file is not read again."""
         checked, self._checked = self._checked, None
         if checked is not None and checked[0] == path and not any(reading):
@@ -309,7 +303,7 @@ class MapReader:
             end = self._bench.submit(work, limits=self._limits).wait()
             assert end is not None
             if end.canceled:
-                raise RoughcontactError(f"the reading of {path.name} was ended")
+                raise rc.RoughcontactError(f"the reading of {path.name} was ended")
             if end.error is not None:
                 raise end.error
             surface = self._list_channels(path, *end.value)
@@ -318,7 +312,7 @@ class MapReader:
         return replace(surface)
 
     def _list_channels(
-        self, path: Path, surface: Surface, channels: tuple[Channel, ...]
-    ) -> Surface:
+        self, path: Path, surface: rc.Surface, channels: Iterable[Any]
+    ) -> rc.Surface:
         self.channels = {path: [channel.name for channel in channels if channel.name]}
         return surface

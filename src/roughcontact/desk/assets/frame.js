@@ -22,14 +22,6 @@ export function render({ model }) {
     event.preventDefault();
     model.key = { name, count: count = count + 1 };
   });
-  const find = (root, match) => {
-    for (const one of root.querySelectorAll("*")) {
-      if (one.matches(match)) return one;
-      const inner = one.shadowRoot && find(one.shadowRoot, match);
-      if (inner) return inner;
-    }
-    return null;
-  };
   model.on("sought", () => setTimeout(() => {
     const place = find(document, "." + model.sought.place);
     if (place == null) return;

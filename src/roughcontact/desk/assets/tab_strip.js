@@ -3,6 +3,16 @@ export function render({ model }) {
   list.setAttribute("role", "tablist");
   list.className = model.pictured ? "pictured" : "";
   const images = [];
+  const turn = (place) => {
+    if (place == model.active) return;
+    // The panel takes no click until the server has sent the next one.
+    const body = model.body && find(document, "." + model.body);
+    for (const panel of body?.shadowRoot?.children ?? []) {
+      panel.inert = true;
+      panel.style.opacity = 0.5;
+    }
+    model.active = place;
+  };
   const tabs = model.names.map((name, place) => {
     const tab = document.createElement("button");
     tab.type = "button";
@@ -13,7 +23,7 @@ export function render({ model }) {
       tab.append(images[place]);
     }
     tab.append(name);
-    tab.addEventListener("click", () => { model.active = place; });
+    tab.addEventListener("click", () => turn(place));
     list.append(tab);
     return tab;
   });
@@ -21,7 +31,7 @@ export function render({ model }) {
   list.addEventListener("keydown", (event) => {
     if (!(event.key in steps)) return;
     event.preventDefault();
-    model.active = (model.active + steps[event.key] + tabs.length) % tabs.length;
+    turn((model.active + steps[event.key] + tabs.length) % tabs.length);
     tabs[model.active].focus();
   });
   const show = () => tabs.forEach((tab, place) => {
