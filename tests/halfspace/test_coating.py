@@ -203,7 +203,7 @@ def test_command_solves_coated_body(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert app.main(["solve", *words, "--ceiling", "bracket"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "CrN 2 µm on Cr 500 nm on 100Cr6" in shown
-    assert "ceiling of the base (6.1 GPa)" in shown
+    assert "Ceiling of the base (6.1 GPa)" in shown
     assert app.main(["stress", *words, "--ceiling", "bracket", "--json"]) == app.SOLVED
     both = json.loads(capsys.readouterr().out)["stress"]
     for name, record in (("coating", both), ("base", both["base"])):
