@@ -44,7 +44,7 @@ def asked(seat: Any) -> None:
     seat.turn("Analyze")
     seat.page.get_by_role("button", name="Start").click()
     seat.page.get_by_text("Done in").wait_for()
-    seat.page.locator("canvas").locator("visible=true").first.wait_for()
+    seat.page.locator("img.figure").locator("visible=true").first.wait_for()
 
 
 def joined(seat: Any) -> None:
