@@ -150,6 +150,8 @@ def test_before_and_after_a_first_loading_are_pairs() -> None:
     # Flattened summits carry the smaller load on more area, and below the ceiling.
     assert change.value > 0
     assert after.values("saturated_fraction") == [0, 0, 0]
+    # No share falls by more than all of it.
+    assert "(−100 to " in comparison._change(found, "saturated_fraction")
     assert found.components("Sq") is None
 
 

@@ -529,8 +529,9 @@ def _change(result: Comparison, name: str, case: Comparison | None = None) -> st
     difference, base = case.differences(name)[0, 1], case.mean(0, name).value
     if not (difference.known and base > 0):
         return ""
+    # Student's interval of a quantity that cannot be negative may pass zero.
     value, low, high = (
-        f"{float(f'{100 * end / base:.2g}'):+g}"
+        f"{float(f'{max(100 * end / base, -100):.2g}'):+g}"
         for end in (difference.value, difference.low, difference.high)
     )
     mark = " *" if result.is_significant(name) else ""
