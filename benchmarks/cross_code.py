@@ -309,8 +309,8 @@ def compare_passage() -> tuple[list[Place], float]:
             )
         )
     weight = around_nodes(passage.NODES)[:, None, None]
-    apart = weight * np.abs(results[-1].bodies[0].accumulated - answer.strain)
-    return rows, float(apart.sum() / (weight * answer.strain).sum())
+    difference = weight * np.abs(results[-1].bodies[0].accumulated - answer.strain)
+    return rows, float(difference.sum() / (weight * answer.strain).sum())
 
 
 @dataclass(frozen=True)
@@ -407,7 +407,7 @@ def block_table(rows: list[Block]) -> str:
     cells = []
     for row in rows:
         ours = own[row.points]
-        apart = math.dist(row.pressure.ravel(), ours.pressure.ravel())
+        distance = math.dist(row.pressure.ravel(), ours.pressure.ravel())
         cells.append(
             [
                 row.program,
@@ -417,7 +417,7 @@ def block_table(rows: list[Block]) -> str:
                 f"{row.mean_gap * 1e6:.4f} µm",
                 f"{row.stiffness / 1e15:.2f} GPa/µm",
                 f"{row.pressure.max() / 1e9:.2f} GPa",
-                "" if row is ours else f"{apart / float(np.linalg.norm(ours.pressure)):.1e}",
+                "" if row is ours else f"{distance / float(np.linalg.norm(ours.pressure)):.1e}",
             ]
         )
     head = ("program", "grid", "nominal pressure", "contact fraction", "mean gap", "stiffness")

@@ -523,7 +523,7 @@ def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[in
         seat.turn(tab)
         page.wait_for_timeout(500)
         assert page.evaluate(_SCROLLING) == [], tab
-    # No tab below or beside the maps is covered.
+    # No tab next to the maps or below them is covered.
     for name, shown in (("Contact spots", r"^\d+ contact spots"), ("Results", "converged, cert")):
         tab, text = page.get_by_role("tab", name=name), page.get_by_text(re.compile(shown)).first
         tab.click()

@@ -201,20 +201,20 @@ class _ProjectRun:
                 self._record_report(number, ContactReport(entry.name, KEPT, before))
         if not parts:
             return []
-        words = _subtask_ids(contact)
-        if not words:
+        names = _subtask_ids(contact)
+        if not names:
             return [self._make_task(tuple(parts))]
         (part,) = parts
         digests = {
-            word: plan.request_digest(part.entry, self._cached_checksum, word) for word in words
+            name: plan.request_digest(part.entry, self._cached_checksum, name) for name in names
         }
         self._digests[part.number] = digests
         known = self._pieces[part.number] = plan.load_subtasks(part.entry, digests)
         if known:
             self._tell.say(
-                f"{len(known)} of {len(words)} subtasks of {part.entry.name} from an earlier run"
+                f"{len(known)} of {len(names)} subtasks of {part.entry.name} from an earlier run"
             )
-        tasks = [self._make_task((part,), piece=word) for word in words if word not in known]
+        tasks = [self._make_task((part,), piece=name) for name in names if name not in known]
         return tasks or [self._finish_pieces(part)]
 
     def _make_task(self, parts: tuple[jobs.SubtaskRequest, ...], **more: Any) -> jobs.BatchTask:

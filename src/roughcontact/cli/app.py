@@ -199,10 +199,10 @@ def _explain_tag(ctx: click.Context, _: click.Parameter, tag: str | None) -> Non
 # Commands from the table
 
 
-def _report_errors(command: Command, work: Act, subject: Any = None, **words: Any) -> None:
+def _report_errors(command: Command, work: Act, subject: Any = None, **parameters: Any) -> None:
     """Execute a command; report an expected error in one sentence, and exit."""
     try:
-        work(subject, _given_options(command, words))
+        work(subject, _given_options(command, parameters))
         sys.stdout.flush()
     except RoughcontactError as error:
         terminal.print_error(f"error: {error.message_for(command.spell_argument)}")
@@ -218,12 +218,14 @@ def _report_errors(command: Command, work: Act, subject: Any = None, **words: An
         raise UnfinishedError(()) from None
 
 
-def _given_options(command: Command, words: Given) -> Given:
+def _given_options(command: Command, parameters: Given) -> Given:
     """Return the given options, and the settings of ``--set NAME=VALUE``, by name."""
-    values = {item.name: words[item.argument] for item in command.options if not item.is_setting}
+    values = {
+        item.name: parameters[item.argument] for item in command.options if not item.is_setting
+    }
     values = {name: value for name, value in values.items() if value}
     known = [option.name for option in command.options if option.is_setting]
-    for text in words.get("set", ()):
+    for text in parameters.get("set", ()):
         name, sign, value = text.partition("=")
         if (option := command.by_name.get(name.strip().replace("_", "-"))) is None:
             raise InputError(f"--set: {unknown_name('setting', name, known)}")

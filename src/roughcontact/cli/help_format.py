@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import click
@@ -18,8 +18,8 @@ _SHOW_ALL = "roughcontact.help-all"
 _COLUMN_WIDTH = 27
 
 Rows = list[tuple[str, str]]
-Words = Callable[[str], list[str]]
-"""Function that returns the words with a prefix."""
+Completion = Callable[[str], list[str]]
+"""Function that returns the values with a prefix."""
 
 
 class CommandGroup(click.Group):
@@ -36,13 +36,15 @@ class CommandGroup(click.Group):
 class Subject(click.Argument):
     """Positional argument of a command, with its help; optional in brackets."""
 
-    def __init__(self, metavar: str, text: str, words: Words | None = None, nargs: int = 1) -> None:
+    def __init__(
+        self, metavar: str, text: str, complete: Completion | None = None, nargs: int = 1
+    ) -> None:
         super().__init__(
             ["subject"],
             metavar=metavar,
             nargs=nargs,
             required=metavar[0] != "[",
-            shell_complete=None if words is None else _completer(words),
+            shell_complete=_completer(complete),
         )
         self.row = metavar.strip("[]"), text
 
@@ -56,7 +58,7 @@ class HelpCommand(click.Command):
         parameters = [_parameter(option) for option in table.options if not option.is_setting]
         if self.settings:
             names = [option.name for option in self.settings]
-            complete = _completer(lambda start: _with_prefix(names, start))
+            complete = _completer(_from_list(names))
             text = "One of the settings below; repeatable."
             parameters.append(
                 click.Option(["--set"], multiple=True, help=text, shell_complete=complete)
@@ -118,12 +120,11 @@ class HelpCommand(click.Command):
 
 def _parameter(option: Option[Any]) -> click.Option:
     """Return the parameter of an option; one that is given twice keeps both values."""
-    words = words_of(option)
     return click.Option(
         [f"--{option.name}", option.argument],
         is_flag=option.is_flag or None,
         multiple=not option.is_flag,
-        shell_complete=None if words is None else _completer(words),
+        shell_complete=_completer(_completion_of(option)),
     )
 
 
@@ -147,16 +148,16 @@ def _write_section(formatter: click.HelpFormatter, heading: str, rows: Rows) -> 
     """Write two columns under a heading, without line breaks at hyphens."""
     if not rows:
         return
-    indent_width = min(max(len(words) for words, _ in rows), _COLUMN_WIDTH) + 2
+    indent_width = min(max(len(label) for label, _ in rows), _COLUMN_WIDTH) + 2
     with formatter.section(heading):
         indent = " " * formatter.current_indent
-        for words, text in rows:
+        for label, text in rows:
             width = formatter.width - len(indent) - indent_width
             lines = textwrap.wrap(text, width, break_on_hyphens=False)
-            if len(words) + 2 > indent_width:
+            if len(label) + 2 > indent_width:
                 lines.insert(0, "")
             for number, line in enumerate(lines):
-                start = words if number == 0 else ""
+                start = label if number == 0 else ""
                 formatter.write(f"{indent}{start:{indent_width}}{line}".rstrip() + "\n")
 
 
@@ -167,20 +168,20 @@ def _first_sentence(text: str) -> str:
 # Shell completion
 
 
-def _completer(words: Words) -> Callable[..., Any]:
-    return lambda ctx, parameter, start: words(start)
+def _completer(complete: Completion | None) -> Callable[..., Any] | None:
+    return None if complete is None else lambda ctx, parameter, start: complete(start)
 
 
-def _with_prefix(words: list[str], start: str) -> list[str]:
-    return [word for word in words if word.startswith(start)]
+def _from_list(values: Iterable[str]) -> Completion:
+    return lambda start: [value for value in values if value.startswith(start)]
 
 
-def words_of(option: Option[Any]) -> Words | None:
-    """Return a function that lists the values with a prefix; None without known values."""
+def _completion_of(option: Option[Any]) -> Completion | None:
+    """Return the completion of the value of an option; None without known values."""
     if option.parse is parsing.material:
         return complete_materials
     known = list(map(str, option.parse.known))
-    return (lambda start: _with_prefix(known, start)) if known else None
+    return _from_list(known) if known else None
 
 
 def complete_materials(start: str) -> list[str]:
@@ -191,4 +192,4 @@ def complete_materials(start: str) -> list[str]:
         name for entry in catalog.entries() for name in (entry.key, *(entry.names if start else ()))
     ]
     # A shell would split a name at a blank.
-    return [name for name in _with_prefix(names, start) if " " not in name]
+    return [name for name in _from_list(names)(start) if " " not in name]

@@ -95,10 +95,10 @@ def _linked_maps(result: rc.ContactResult) -> Any:
         maps.show_cursor_values(plot)
         plot.js_on_event("doubletap", reset)
         plots.append(plot)
-    beside = models.Column(maps.readout, maps.legend, width=250, styles={"flex": "none"})
+    side = models.Column(maps.readout, maps.legend, width=250, styles={"flex": "none"})
     return models.Row(
         models.Row(*plots, stylesheets=[_WRAPPED], sizing_mode="stretch_width"),
-        beside,
+        side,
         sizing_mode="stretch_width",
     )
 

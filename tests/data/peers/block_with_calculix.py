@@ -114,11 +114,11 @@ def read_blocks(path: Path) -> list[tuple[str, np.ndarray]]:
     """Return heading and numbers of each table of the output of CalculiX."""
     blocks: list[tuple[str, list[list[float]]]] = []
     for line in path.read_text(encoding="ascii").splitlines():
-        words = line.split()
+        numbers = line.split()[-4:]
         if "and time" in line:
             blocks.append((line, []))
-        elif blocks and len(words) >= 4:
-            blocks[-1][1].append([float(word) for word in words[-4:]])
+        elif blocks and len(numbers) == 4:
+            blocks[-1][1].append(list(map(float, numbers)))
     return [(head, np.array(rows)) for head, rows in blocks]
 
 

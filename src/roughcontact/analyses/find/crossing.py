@@ -101,9 +101,9 @@ def _interpolated(points: list[Point], beyond: float, slope: float) -> float:
     chosen = finite[:1]
     for point in finite[1:]:
         # Points that are close together do not extrapolate well.
-        apart = all(abs(point[1] - y) > 0.1 * abs(finite[0][1]) for _, y in chosen)
+        distant = all(abs(point[1] - y) > 0.1 * abs(finite[0][1]) for _, y in chosen)
         ascending = all((point[0] - x) * (point[1] - y) > 0 for x, y in chosen)
-        if len(chosen) < 3 and apart and ascending:
+        if len(chosen) < 3 and distant and ascending:
             chosen.append(point)
     aim = math.copysign(beyond, -finite[0][1])
     if len(chosen) == 1:
