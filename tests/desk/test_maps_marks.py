@@ -1,4 +1,4 @@
-"""A line and a box on the maps, as one drags them."""
+"""Line and box that the user drags on the maps."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def test_page_lists_missing_inputs_and_then_shows_contact(page: Page, tmp_path: 
 
 
 def missing_inputs(page: Page) -> list[str]:
-    """Return what the checklist lacks."""
+    """Return the missing entries of the checklist."""
     labels = [check.label for check in page._header.checklist if check.visible]
     return [label for label in labels if not label.startswith("✓")]
 
@@ -113,7 +113,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     assert "20 mN" in numbers_of(page)
     page._run_action(page.session.undo)
     assert is_old(page)
-    # What was solved meanwhile for another load is seen, and marked.
+    # A result for another load is shown and marked as such.
     late = page.session._wanted
     assert page.session.wait(PATIENCE)
     page._set_option("load", "30 mN")

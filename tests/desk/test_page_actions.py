@@ -45,7 +45,7 @@ def pool() -> Iterator[None]:
 
 
 class Actions(RuleBasedStateMachine):
-    """What one may do to a page, one thing after the other."""
+    """Random actions on a page."""
 
     @initialize()
     def begin(self) -> None:
@@ -167,7 +167,7 @@ class Actions(RuleBasedStateMachine):
 
     @rule()
     def look(self) -> None:
-        """Let all come that is asked for: the sheet shows the contact of the state."""
+        """Wait until the sheet shows the contact of the state."""
         page, session = self.page, self.page.session
         solve_and_show(page)
         state, outcome = session.state, session.outcome

@@ -25,7 +25,7 @@ _LACKING = lacking()
 pytestmark = [
     pytest.mark.process,
     pytest.mark.skipif(
-        bool(_LACKING), reason=f"pages were not looked at: there is no {', no '.join(_LACKING)}"
+        bool(_LACKING), reason=f"no tests of pages without {' and '.join(_LACKING)}"
     ),
 ]
 
@@ -48,7 +48,7 @@ def chromium() -> Iterator[Any]:
 
 @pytest.fixture
 def seat(served: Served, chromium: Any) -> Iterator[Seat]:
-    """Open a page on a new piece of work; what must never happen on one is looked at after it."""
+    """Open a page on a new session; check afterwards that no error was reported."""
     sitting = Seat(chromium, served.home)
     yield sitting
     sitting.page.close()
@@ -97,7 +97,7 @@ def wavy() -> bytes:
 
 
 def specify_and_solve(seat: Seat, load: str = "10 MPa") -> None:
-    """Tell all that a solution needs, and wait for it."""
+    """Give all inputs of a solution, and wait for it."""
     seat.choose("Material", "100Cr6")
     seat.choose("Boundary", "the whole contact")
     seat.type("Value with unit", load)
@@ -150,7 +150,7 @@ def test_a_measured_file_from_drop_to_download(
     page.mouse.up()
     seat.wait_for_title("at the points nearest to it")
     assert "\nline = [" in (served.folder / seat.key / "project.toml").read_text()
-    # What is taken away is, to the last digit, what the command line gives.
+    # Exported numbers equal those of the command line to the last digit.
     result = seat.take("result (.nc)", tmp_path)
     report = seat.take("report", tmp_path)
     command = text_of(page.locator("pre").first)
@@ -245,7 +245,7 @@ def test_long_solve_is_canceled_while_page_responds(seat: Seat) -> None:
     page.get_by_label("Resolution study").check()
     page.get_by_role("button", name="Start").click()
     page.get_by_text("s so far").wait_for()
-    # The page answers while that goes on.
+    # The page responds during the job.
     before = text_of(seat.number("Load"))
     seat.type("Value with unit", "20 MPa")
     wait_for_change(seat, "Load", before)
@@ -341,7 +341,7 @@ def test_file_is_dropped_anywhere_and_typed_text_survives_reload(
 def test_missing_units_are_requested_and_file_name_is_escaped(seat: Seat) -> None:
     page = seat.page
     seat.bring({"name": EVIL, "mimeType": "", "buffer": wavy()}, EVIL)
-    # What is lacking is asked for where it is told.
+    # The missing input is named at its control.
     page.get_by_label("Unit of the heights").locator("visible=true").wait_for()
     seat.type("Unit of the heights", "bananas")
     seat.alert("bananas").first.wait_for()
@@ -387,7 +387,7 @@ def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
     unfold(page)
     for tab in ("Contact", "Analyze", "Joint", "Compare", "Export"):
         seat.turn(tab)
-        # What is shown comes in pieces.
+        # The text arrives in parts.
         for _ in range(100):
             found = controls_of(page)
             if len(found) > 30 and not nameless(found):
@@ -395,7 +395,7 @@ def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
             page.wait_for_timeout(100)
         assert len(found) > 30
         assert nameless(found) == []
-        # Else the server is told again what it knows, and warns.
+        # Otherwise the server receives a known value again, and warns.
         assert page.evaluate("Bokeh.documents[0]._new_models.size") == 0
 
 
@@ -410,7 +410,7 @@ def unfold(page: Any) -> None:
 
 
 def controls_of(page: Any) -> list[str]:
-    """Return the controls of a page as those are told who do not see it."""
+    """Return the controls of a page as a screen reader announces them."""
     kinds = r"- (?:textbox|combobox|button|slider|checkbox|radio|spinbutton|tab|link)\b"
     return re.findall(rf"^\s*{kinds}.*$", page.locator("body").aria_snapshot(), re.MULTILINE)
 
@@ -421,7 +421,7 @@ def nameless(controls: list[str]) -> list[str]:
 
 @pytest.mark.slow
 def test_main_tasks_work_with_keyboard_only(seat: Seat, tmp_path: Path) -> None:
-    """What is reached by Tab is pressed, typed and chosen with keys only."""
+    """Use each control that Tab reaches with keys only."""
     page = seat.page
 
     def reach(element: Any) -> None:

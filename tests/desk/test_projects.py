@@ -1,4 +1,4 @@
-"""Pieces of work: private, found by their keys alone, gone when nobody wants them."""
+"""Sessions are private, found only by their keys, and deleted when they are unused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page shows of a map is the map: cells hold what they say, areas stay areas."""
+"""Rasters of the page: values of cells and areas are those of the map."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def test_a_thumbnail_is_small_and_has_the_colours_of_the_cells():
     np.testing.assert_array_equal(found, [[black, black, blue], [blue, [0, 255, 0], [255, 0, 0]]])
     clear = LinearColorMapper(palette=["#000000"], low=0, high=2, nan_color=rasters.CLEAR)
     assert bytes_of(rasters.map_colors(values, clear))[1, 2].tolist() == [0, 0, 0, 0]
-    # Cells of several points lie in memory in another order.
+    # Cells of several points have another order in memory.
     many = np.asfortranarray(rasters.map_colors(np.full((900, 700), 2.0, np.float32), mapper))
     data = base64.b64decode(rasters.thumbnail(many).partition(",")[2])
     picture = np.asarray(Image.open(io.BytesIO(data)))

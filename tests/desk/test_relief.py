@@ -184,7 +184,7 @@ def count_drawings(seat: Seat, more_than: int = 0) -> int:
     return int(seat.page.evaluate("Number(window.scene().dataset.drawn)"))
 
 
-# Components have a root of their own, which selectors of the page do not enter.
+# Components have a shadow root, which selectors of the page do not enter.
 _FIND = """() => {
   const within = (root) => [...root.querySelectorAll("*")].flatMap(
     (part) => [part, ...(part.shadowRoot ? within(part.shadowRoot) : [])]);

@@ -87,7 +87,7 @@ _STATE = """() => {
 
 @pytest.fixture
 def sheet(tmp_path: Path) -> Iterator[tuple[Any, ContactResult]]:
-    """Open a saved page; nothing on it asks for anything, and nothing on it fails."""
+    """Open a saved page, and check that it sends no request and reports no error."""
     request = contact(tmp_path, (40, 60))
     outcome = saved_page.save_page(lambda _: None, request, tmp_path / "page.html")
     assert outcome.contact is not None

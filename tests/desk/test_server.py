@@ -89,7 +89,7 @@ class Desk:
             return Answer(answer.status, answer.headers, answer.read().decode("utf-8", "replace"))
 
     def open(self, path: str) -> Answer:
-        """Ask for a page, and wait until it is made: after its answer."""
+        """Request a page, and wait until it is complete."""
         before = len(self.visits)
         answer = self.ask(path)
         until(lambda: len(self.visits) > before)
@@ -165,7 +165,7 @@ def test_removed_project_is_reported(desk: Desk) -> None:
 def test_requests_of_other_hosts_are_rejected(
     desk: Desk, headers: dict[str, str], path: str
 ) -> None:
-    # Tornado knows what is no host at all.
+    # Tornado rejects invalid hosts.
     broken = "@" in headers.get("Host", "")
     assert desk.ask(path, **headers).status == (400 if broken else 403)
 
@@ -236,7 +236,7 @@ def test_change_before_first_drawing_is_sent(desk: Desk, monkeypatch: pytest.Mon
 
     async def told() -> str:
         connection = await connected(desk, token)
-        # What acknowledges it has three parts.
+        # The acknowledgment has three parts.
         for _ in range(3):
             await connection.read_message()
         header = {"msgid": "1", "msgtype": "PULL-DOC-REQ"}
@@ -410,7 +410,7 @@ def test_too_many_pages_are_reported(desk: Desk, monkeypatch: pytest.MonkeyPatch
 
 
 async def pulled(desk: Desk, token: str) -> str:
-    """Return what a page holds, as it goes to the browser."""
+    """Return the content of a page as sent to the browser."""
     connection = await connected(desk, token)
     for _ in range(3):
         await connection.read_message()
@@ -477,7 +477,7 @@ def test_request_without_token_is_rejected(tmp_path: Path, origins: tuple[str, .
     assert "SameSite=Lax" in cookie
     page = desk.ask(shown.headers["Location"], **{**there, "Cookie": cookie.partition(";")[0]})
     assert page.status == 200
-    # Nothing of it stands in the page.
+    # The page contains nothing of it.
     assert cookie.partition(";")[0].partition("=")[2] not in page.text
     assert desk.ask(shown.headers["Location"], Host="evil.example").status == 403
     desk.close()

@@ -37,7 +37,7 @@ def save_map(folder: Path, name: str, shape: tuple[int, int] = (12, 16), holes: 
 
 
 class Heard:
-    """What a session tells."""
+    """Messages of a session."""
 
     def __init__(self) -> None:
         self.all: list[Any] = []
@@ -45,7 +45,7 @@ class Heard:
     def __call__(self, what: Any) -> None:
         self.all.append(what)
         if isinstance(what, FailedRequest):
-            # What nobody foresaw.
+            # An unexpected error.
             assert "internal error" not in what.error.message_for(), what.error
 
 
@@ -292,7 +292,7 @@ def test_states_of_a_comparison_keep_their_names(session: Session, tmp_path: Pat
 
 
 class Desk(RuleBasedStateMachine):
-    """Whatever one does in whatever order, on one visit or more: no unhandled error.
+    """No order of actions, on one page or several, raises an unhandled error.
 
     All visits, the project file and the command agree: on the state after each step, and on the
     contact to the bit.
@@ -320,7 +320,7 @@ class Desk(RuleBasedStateMachine):
         self.enter()
 
     def enter(self) -> None:
-        """Open the project once more, as the server does: what one visit does, the others hear."""
+        """Open the project again, as the server does: all pages receive the changes of one."""
         own: list[Session] = []
 
         def share(state: SessionState) -> None:

@@ -139,7 +139,7 @@ def test_pinned_state_is_separate_contact(complete: SessionState, tmp_path: Path
     st.none() | st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 4),
 )
 def test_the_project_file_holds_everything(name: str, line: tuple[float, ...] | None) -> None:
-    # What cannot be written in UTF-8 is no text of a browser.
+    # Text that UTF-8 cannot encode does not come from a browser.
     name = name.encode("utf-8", "replace").decode()
     path = Path("/some/where/map one.opd")
     state = (

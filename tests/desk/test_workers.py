@@ -78,7 +78,7 @@ def stubborn(tell: Callable[[Any], None]) -> None:
 
 
 def told_first(bench: WorkerPool, *work: Any, **more: Any) -> tuple[workers.Job, str]:
-    """Begin a job, and return it with the last thing it tells before it waits."""
+    """Start a job, and return it with its last message before it waits."""
     first = threading.Event()
     words: list[str] = []
 
