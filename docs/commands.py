@@ -145,6 +145,9 @@ def _alike(line: str, other: str) -> bool:
 def _words(line: str) -> list[str]:
     # Checksums cover times; bars and rules are as long as there is room.
     line = re.sub(r"\b[0-9a-f]{16,}", "#", line)
+    if _OWN.search(line):
+        # A time on another machine may have another unit.
+        line = re.sub(r"(\d) ms\b", r"\1 s", line)
     return re.sub(r"[─━═╌]+", "─", _NUMBER.sub("#", line)).split()
 
 

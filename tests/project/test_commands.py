@@ -24,7 +24,7 @@ def commands(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 SHOWN = """load      1 N
 area      5.67 %
-certificate   3e-7
+certificate   3e-7, 567 ms
 """
 
 
@@ -34,6 +34,7 @@ certificate   3e-7
         (SHOWN, True),
         # Values of the machine, and the last digits.
         (SHOWN.replace("3e-7", "8e-9").replace("5.67", "5.66"), True),
+        (SHOWN.replace("567 ms", "1.05 s"), True),
         (SHOWN.replace("5.67", "5.87"), False),
         (SHOWN.replace("area", "contact area"), False),
         (SHOWN.replace("load      1 N", "load 1 N"), True),
