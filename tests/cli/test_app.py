@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import openpyxl
 import pytest
 
 import roughcontact
@@ -1097,8 +1098,9 @@ def sweep(path: Path, *options: str) -> int:
 
 
 def test_sweep_output_matches_library(rough: Path, tmp_path: Path, capsys: Capture) -> None:
-    output, folder = tmp_path / "curve.csv", tmp_path / "steps"
-    assert sweep(rough, "--steps", "4", "--output", str(output), "--folder", str(folder)) == 0
+    output, workbook, folder = tmp_path / "curve.csv", tmp_path / "curve.xlsx", tmp_path / "steps"
+    written = ("--output", str(output), "--output", str(workbook))
+    assert sweep(rough, "--steps", "4", *written, "--folder", str(folder)) == 0
     out, err = capsys.readouterr()
     assert err == ""
     assert width(out) <= 80
@@ -1111,6 +1113,9 @@ def test_sweep_output_matches_library(rough: Path, tmp_path: Path, capsys: Captu
     )
     assert table["load_[N]"] == pytest.approx(curve.column("load"))
     assert table["contact_area_[m²]"] == pytest.approx(curve.column("contact_area"))
+    head, *rows = openpyxl.load_workbook(workbook).active.values
+    loads = dict(zip(head, zip(*rows, strict=True), strict=True))["load [N]"]
+    assert loads == pytest.approx(tuple(table["load_[N]"]))
     assert sweep(rough, "--steps", "4", "--folder", str(folder), "--json") == 0
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert told["contact_area"] == table["contact_area_[m²]"].tolist()
@@ -1145,7 +1150,7 @@ SWEEPS: Rows = [
     (("--steps", "1"), ("from 2 to 10000",)),
     (("--steps", "few"), ("--steps must be a whole number",)),
     (("--spacing", "cubic"), ("spacing", "'cubic'")),
-    (("--output", "curve.nc"), ("--output needs a name that ends in .csv or .json",)),
+    (("--output", "curve.nc"), ("--output needs a name that ends in .csv, .xlsx or .json",)),
     (("--output", "absent/curve.csv"), ("'absent' does not exist",)),
 ]
 VOLUMES: Rows = [

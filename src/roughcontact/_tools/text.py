@@ -18,9 +18,13 @@ def join_words(text: str) -> str:
     return " ".join(replace_unprintable(text).split())
 
 
+def table_cell(text: str) -> str:
+    """Return a text as the content of a cell that is no formula."""
+    plain = replace_unprintable(text)
+    return f"'{plain}" if plain.lstrip().startswith(_FORMULA) else plain
+
+
 def csv_cell(text: str) -> str:
     """Return a text as a cell of a CSV file that is no formula and has no separator."""
-    plain = replace_unprintable(text)
-    if plain.lstrip().startswith(_FORMULA):
-        plain = f"'{plain}"
+    plain = table_cell(text)
     return f'"{plain.replace(chr(34), chr(34) * 2)}"' if "," in plain or '"' in plain else plain

@@ -135,9 +135,10 @@ class AnalysisPanel(TabPanel):
         output = next(item for item in request.task.options if item.suffixes)
         paths = [
             str(self._visit.folder / f"{request.task.name}-{self._run_count}{suffix}")
-            for suffix in (output.suffixes if output.many else output.suffixes[:1])
+            for suffix in output.suffixes
+            if suffix != ".xlsx"  # Its library may be missing.
         ]
-        specified = {**request.specified, output.name: paths if output.many else paths[0]}
+        specified = {**request.specified, output.name: paths}
         return replace(
             Request.from_text(request.task, request.file, specified), names=request.names
         )

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 Target = str | os.PathLike[str]
 Writer = Callable[[Any, Target], None]
 
+TABLES = (".csv", ".xlsx", ".json")
+"""Suffixes of files with the table of a result."""
+
 
 @dataclass(frozen=True)
 class Content:

@@ -1,15 +1,19 @@
-"""Sheets of Excel, converted to text: a matrix, points, or two columns."""
+"""Sheets of Excel: input converted to text (matrix, points, two columns), and output tables."""
 
 from __future__ import annotations
 
 import contextlib
+import math
+import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from roughcontact._tools import memory
+from roughcontact._tools.files import atomic_write
+from roughcontact._tools.text import table_cell
 from roughcontact.errors import FormatError
 from roughcontact.formats import instruments, matrices, source
 from roughcontact.formats.source import Channel, ReadOptions, damage_as_error, one_line
@@ -90,9 +94,23 @@ def _cell(value: Any) -> str:
     return repr(value) if isinstance(value, float) else " ".join(str(value).split())
 
 
-@contextlib.contextmanager
-def _open_workbook(path: Path) -> Iterator[Any]:
-    """Open a workbook that is read row by row, with all errors as `FormatError`."""
+def write_workbook(rows: Iterable[Iterable[Any]], path: str | os.PathLike[str]) -> None:
+    """Write the rows of a table as a workbook; numbers that are not finite become text."""
+    workbook = _import_openpyxl(Path(path)).Workbook(write_only=True)
+    sheet = workbook.create_sheet("roughcontact")
+    for row in rows:
+        sheet.append([_output_cell(value) for value in row])
+    with atomic_write(path) as stream:
+        workbook.save(stream)
+
+
+def _output_cell(value: Any) -> Any:
+    if isinstance(value, str):
+        return table_cell(value)
+    return value if math.isfinite(value) else repr(value)
+
+
+def _import_openpyxl(path: Path) -> Any:
     try:
         import openpyxl
     except ImportError as error:
@@ -100,6 +118,13 @@ def _open_workbook(path: Path) -> Iterator[Any]:
             f"{path.name} needs openpyxl, which cannot be imported ({one_line(error)}); run pip "
             "install 'roughcontact[io]'"
         ) from None
+    return openpyxl
+
+
+@contextlib.contextmanager
+def _open_workbook(path: Path) -> Iterator[Any]:
+    """Open a workbook that is read row by row, with all errors as `FormatError`."""
+    openpyxl = _import_openpyxl(path)
     with damage_as_error(path, "an Excel workbook", "check that the file is complete"):
         source.check_sizes(path)
         with contextlib.closing(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, is_dataclass, replace
 from enum import Enum
 from functools import cache
@@ -350,16 +350,19 @@ def listing_of(
     return tuple(column.name for column in text), list(zip(*texts, strict=True))
 
 
-def csv_text(columns: Columns, result: Any) -> str:
-    """Return the steps of a result as CSV text, with units in the head."""
+def stored_steps(columns: Columns, result: Any) -> Iterator[tuple[Any, ...]]:
+    """Yield the head, with units, and the values of each step of a result."""
     stored = stored_only(columns, result)
-    lines = [",".join(f"{column.key} [{column.unit}]" for column in stored)]
-    steps = zip(*(column.values(result) for column in stored), strict=True)
-    lines += [
-        ",".join(csv_cell(value) if isinstance(value, str) else repr(value) for value in step)
-        for step in steps
-    ]
-    return "\n".join(lines) + "\n"
+    yield tuple(f"{column.key} [{column.unit}]" for column in stored)
+    yield from zip(*(column.values(result) for column in stored), strict=True)
+
+
+def csv_text(rows: Iterable[tuple[Any, ...]]) -> str:
+    """Return the rows of a table as CSV text."""
+    return "".join(
+        ",".join(csv_cell(value) if isinstance(value, str) else repr(value) for value in row) + "\n"
+        for row in rows
+    )
 
 
 CAUTIONS = (Quantity("warnings"), Quantity("cautions"))

@@ -17,6 +17,7 @@ from roughcontact._version import __version__
 from roughcontact.contact import plausibility
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
+from roughcontact.formats import export
 from roughcontact.references import NO_REFERENCES, References
 from roughcontact.report import (
     assumptions,
@@ -47,6 +48,7 @@ from roughcontact.report.kind import (
     rows_of,
     stored_columns,
     stored_only,
+    stored_steps,
     stored_values,
 )
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front
@@ -241,12 +243,16 @@ class Presentation:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the steps of the result as a table, or the whole result as JSON."""
-        require_suffix(path, *((".csv", ".json") if self.columns else (".json",)))
-        table = Path(path).suffix.lower() == ".csv"
-        text = (
-            csv_text(self.own("columns"), self.result) if table else f"{to_json(self.summary())}\n"
-        )
-        write_atomically(path, text)
+        require_suffix(path, *(export.TABLES if self.columns else (".json",)))
+        suffix = Path(path).suffix.lower()
+        steps = stored_steps(self.own("columns"), self.result)
+        if suffix == ".xlsx":
+            from roughcontact.formats.spreadsheets import write_workbook
+
+            write_workbook(steps, path)
+        else:
+            text = csv_text(steps) if suffix == ".csv" else f"{to_json(self.summary())}\n"
+            write_atomically(path, text)
 
     def dataset(self) -> Dataset:
         """Return the content of a NetCDF file."""

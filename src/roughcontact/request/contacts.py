@@ -13,9 +13,10 @@ from typing import IO, TYPE_CHECKING, Any
 
 from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
+from roughcontact.formats import export
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import EXCLUDES, NEEDED, NEEDS, TABLES, Option, Rule
+from roughcontact.request.options import EXCLUDES, NEEDED, NEEDS, Option, Rule
 from roughcontact.request.outcome import OnProgress, Outcome, Solve, TaskContext, solve_uncalibrated
 from roughcontact.request.parsing import quantity
 from roughcontact.request.request import Request
@@ -38,7 +39,7 @@ STEPS = Option(
 RANGE = (FROM, TO, STEPS)
 SHORT_RANGE = tuple(zip(RANGE, ("1 MPa", "100 MPa", "5"), strict=True))
 """Initial range of nominal pressures in the app."""
-OUTPUT = Option.file("output", "Table of loads.", TABLES)
+OUTPUT = Option.output("Table of loads", export.TABLES)
 
 RESISTIVITY = Option.value(
     "resistivity",

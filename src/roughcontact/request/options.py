@@ -17,7 +17,6 @@ from roughcontact.request.parsing import Parser
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
-TABLES = (".csv", ".json")
 PICTURES = (".png", ".svg", ".pdf")
 LENGTH, PRESSURE = map(parsing.quantity, ("length", "pressure"))
 
@@ -142,9 +141,10 @@ class Option(Generic[T_co]):
         return Option.file("figure", f"Figure of {shown} (PNG, SVG or PDF).", PICTURES, "FILE")
 
     @staticmethod
-    def files(name: str, text: str, suffixes: tuple[str, ...]) -> Option[Any]:
-        """Return an option of output files."""
-        return Option(name, parsing.paths, text, (), Panel.OUTPUT, many=True, suffixes=suffixes)
+    def output(text: str, suffixes: tuple[str, ...]) -> Option[Any]:
+        """Return the option of the output files of a result."""
+        text = f"{text}; repeatable."
+        return Option("output", parsing.paths, text, (), Panel.OUTPUT, many=True, suffixes=suffixes)
 
 
 def map_option(name: str, parse: Parser[T], text: str, **more: Any) -> Option[T | None]:

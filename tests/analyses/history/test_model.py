@@ -498,7 +498,7 @@ def test_saved_json_holds_dissipated_energy(found: LoadHistory, tmp_path: Path) 
     assert read["steps"]["shift_y"] == [0, 0, 0, *[2 * 100e-6 / 32] * 3]
     assert read["dissipated_energy"] == pytest.approx(3e9 * read["indentation_volume"], rel=1e-12)
     assert "no pile-up" in read["volume_account"]
-    with pytest.raises(rc.InputError, match=r"\.csv or \.json"):
+    with pytest.raises(rc.InputError, match=r"\.xlsx or \.json"):
         found.save(tmp_path / "history.txt")
     assert [path.name for path in tmp_path.iterdir()] == ["history.json"]
 

@@ -453,7 +453,7 @@ def test_curve_on_disk(tmp_path: Path) -> None:
     assert table["stiffness_[N/m]"].tolist() == curve.column("stiffness").tolist()
     read = json.loads((tmp_path / "curve.json").read_text(encoding="utf-8"))
     assert read["contact_area"] == curve.column("contact_area").tolist()
-    with pytest.raises(rc.InputError, match=r"\.csv or \.json"):
+    with pytest.raises(rc.InputError, match=r"\.xlsx or \.json"):
         curve.save(tmp_path / "curve.xls")
     with pytest.raises(rc.InputError, match="name must be one of"):
         curve.column("area")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.formats import export
 from roughcontact.request import options, parsing
 from roughcontact.request.options import Option
 from roughcontact.request.outcome import OnProgress, Outcome, TaskContext, remarks_on
@@ -50,7 +51,7 @@ STEPS = Option(
     "Points of the load curve; 1 for none; default: 7.",
     7,
 )
-OUTPUT = Option.file("output", "Table of means and differences.", options.TABLES)
+OUTPUT = Option.output("Table of means and differences", export.TABLES)
 FIGURE = Option.figure("load curves and numbers")
 
 _QUARTERS = 4

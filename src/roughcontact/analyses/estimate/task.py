@@ -36,7 +36,7 @@ COUNTER_FINISH = Option.value(
 NOMINAL_PRESSURE = Option.value(
     "pressure", PRESSURE, 'Nominal pressure (load over nominal area): "20 MPa".'
 )
-OUTPUT = Option.file("output", "Estimate as JSON.", (".json",))
+OUTPUT = Option.output("Estimate as JSON", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
 _DRAWING: tuple[Option[Any], ...] = (RA, FINISH, COUNTER_RA, COUNTER_FINISH)
 

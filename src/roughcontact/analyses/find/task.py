@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from roughcontact import units
+from roughcontact.formats import export
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
 from roughcontact.request.options import Option
@@ -23,7 +24,7 @@ APPROACH = Option.value(
 )
 MEAN_GAP = Option.value("mean-gap", parsing.lengths, 'Mean gap(s) to reach: "0.5 um".')
 FIRST_YIELD = Option.flag("first-yield", "Load of first yield of either body (elastic contact).")
-OUTPUT = Option.file("output", "Table of results.", options.TABLES)
+OUTPUT = Option.output("Table of results", export.TABLES)
 _WANTED: tuple[Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
 
 

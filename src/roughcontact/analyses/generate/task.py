@@ -106,9 +106,7 @@ TURNING = Option.value(
     'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
     Panel.TEXTURE,
 )
-OUTPUT = Option.files(
-    "output", f"Map: {export.list_formats(export.SURFACE)}; repeatable.", export.SURFACE.suffixes
-)
+OUTPUT = Option.output(f"Map: {export.list_formats(export.SURFACE)}", export.SURFACE.suffixes)
 FIGURE = Option.figure("the map")
 _PARAMETERS: tuple[Option[Any], ...] = (
     SEED,

@@ -10,7 +10,7 @@ from roughcontact._tools.memory import STEPS
 from roughcontact.errors import require_count
 from roughcontact.formats import export
 from roughcontact.request import options, parsing
-from roughcontact.request.options import NEEDED, TABLES, Option, Rule
+from roughcontact.request.options import NEEDED, Option, Rule
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -31,7 +31,7 @@ SHIFT = Option(
     'Counter-body shift (y, x) per pass: "0 um, 5 um"; default: none.',
     (0.0, 0.0),
 )
-OUTPUT = Option.file("output", "Table of steps.", TABLES)
+OUTPUT = Option.output("Table of steps", export.TABLES)
 INDENTED_SURFACE = Option.file(
     "indented-surface", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES, metavar="FILE"
 )

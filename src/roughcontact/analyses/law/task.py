@@ -23,9 +23,7 @@ if TYPE_CHECKING:
 QUARTERS = Option.flag(
     "quarters", "Repeat on map quarters to check the map size.", options.Panel.MAP
 )
-OUTPUT = Option.files(
-    "output", f"Law: {export.list_formats(LAW_FORMATS)}; repeatable.", LAW_FORMATS.suffixes
-)
+OUTPUT = Option.output(f"Law: {export.list_formats(LAW_FORMATS)}", LAW_FORMATS.suffixes)
 FIGURE = Option.figure("the law")
 _CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)
 

@@ -16,6 +16,7 @@ from roughcontact.analyses.roll.formats import ROLLING_FORMATS
 from roughcontact.analyses.roll.model import RollingResult, Shakedown, to_dataset
 from roughcontact.analyses.solve import volume_report
 from roughcontact.elastoplastic import plausibility
+from roughcontact.formats import export
 from roughcontact.references import make_use
 from roughcontact.report import assumptions, citations, figures, phrases
 from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
@@ -314,7 +315,7 @@ class RollingPresentation(Presentation):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the passes as CSV or JSON, or the last state."""
-        if Path(path).suffix.lower() in (".csv", ".json"):
+        if Path(path).suffix.lower() in export.TABLES:
             super().save(path)
         else:
             ROLLING_FORMATS.write(self.result, path)

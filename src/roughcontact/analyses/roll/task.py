@@ -45,10 +45,9 @@ FRICTION = Option(
     "Friction coefficient in full sliding, in travel direction; default: 0.",
     0.0,
 )
-OUTPUT = Option.files(
-    "output",
-    f"Passes: {export.list_formats(ROLLING_FORMATS)}, .csv table, .json numbers; repeatable.",
-    (*ROLLING_FORMATS.suffixes, *options.TABLES),
+OUTPUT = Option.output(
+    f"Passes: {export.list_formats(ROLLING_FORMATS)}, .csv or .xlsx table, .json numbers",
+    (*ROLLING_FORMATS.suffixes, *export.TABLES),
 )
 MOVIE = Option.file("movie", "Animated GIF of pressure and plastic strain.", (".gif",))
 YES = Option.flag("yes", "Run for more than a day.", options.Panel.OUTPUT)

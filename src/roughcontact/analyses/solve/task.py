@@ -38,10 +38,8 @@ INCREMENTS: Option[int | str] = Option(
     "auto",
 )
 UNLOAD = Option.flag("unload", "Unload at the end; report residual shape and stress.")
-OUTPUT = Option.files(
-    "output",
-    f"Result: {export.list_formats(export.VOLUME, export.CONTACT)}; repeatable.",
-    export.VOLUME.suffixes,
+OUTPUT = Option.output(
+    f"Result: {export.list_formats(export.VOLUME, export.CONTACT)}", export.VOLUME.suffixes
 )
 FOLDER = Option.file("folder", "Folder for finished elastoplastic steps; the same command resumes.")
 STUDY = Option.flag("study", "Check dependence on grid, filter and ceiling.", options.Panel.SOLVER)

@@ -35,7 +35,7 @@ DEPTHS = Option.value(
     "depths", parsing.lengths, 'Depths: "1 um, 2 um"; default: automatic.', Panel.SOLVER
 )
 FIRST_YIELD = Option.flag("first-yield", "Also compute the load of first yield.", Panel.SOLVER)
-OUTPUT = Option.file("output", "Contact and stress as NetCDF.", (".nc",))
+OUTPUT = Option.output("Contact and stress as NetCDF", (".nc",))
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:

@@ -15,8 +15,9 @@ from typing import Any
 
 from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.formats import export
 from roughcontact.request import measurement, options, parsing
-from roughcontact.request.options import NEEDED, TABLES, Option, Rule
+from roughcontact.request.options import NEEDED, Option, Rule
 from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -34,7 +35,7 @@ SPACING = Option(
     "log (equal ratios) or linear (equal differences); default: log.",
     "log",
 )
-OUTPUT = Option.file("output", "Table of loads.", TABLES)
+OUTPUT = Option.output("Table of loads", export.TABLES)
 FIGURE = Option.figure("the curve")
 _RANGE = (FROM, TO, STEPS, SPACING)
 

@@ -17,6 +17,7 @@ from roughcontact.analyses.stress import fields as stress_fields
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.tangential.figures import fretting, tangential
 from roughcontact.analyses.tangential.model import Tangential, tangential_compliance, to_dataset
+from roughcontact.formats import export
 from roughcontact.references import make_use
 from roughcontact.report import figures, phrases
 from roughcontact.report.figures import FRONT, RESULTS, Illustration
@@ -314,7 +315,7 @@ class TangentialPresentation(Presentation):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write maps as NetCDF, or the steps as CSV or JSON."""
-        require_suffix(path, ".nc", ".csv", ".json")
+        require_suffix(path, ".nc", *export.TABLES)
         if Path(path).suffix.lower() != ".nc":
             super().save(path)
             return

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.analyses.solve import task as solve
 from roughcontact.analyses.stress.task import DIRECTION
 from roughcontact.errors import InputError
+from roughcontact.formats import export
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
 from roughcontact.request.contacts import FRICTION
@@ -61,7 +62,7 @@ SHIFT = Option.value("shift", LENGTH, 'Rigid tangential shift, instead of a forc
 STAGES = Option.value(
     "stages", _stages, 'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".'
 )
-OUTPUT = Option.file("output", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json"))
+OUTPUT = Option.output("Maps (NetCDF) or table of the steps", (".nc", *export.TABLES))
 FIGURE = Option.figure("traction, slip and curve")
 STRESS = Option.flag("stress", "Also compute subsurface stress and Ruiz parameters.")
 _ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)

@@ -19,6 +19,7 @@ from roughcontact.analyses.wear.model import Wear
 from roughcontact.contact import archive
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.drawing import maps
+from roughcontact.formats import export
 from roughcontact.references import make_use
 from roughcontact.report import assumptions, chapters, phrases
 from roughcontact.report.figures import FRONT, Illustration
@@ -217,7 +218,7 @@ class WearPresentation(Presentation):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write maps and steps as NetCDF, or the steps as CSV or JSON."""
-        require_suffix(path, ".nc", ".csv", ".json")
+        require_suffix(path, ".nc", *export.TABLES)
         if Path(path).suffix.lower() == ".nc":
             netcdf.write(self.dataset(), path, dict.fromkeys(archive.PACKED, netcdf.PACKED))
         else:

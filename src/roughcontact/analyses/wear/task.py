@@ -8,7 +8,7 @@ from typing import Any
 from roughcontact.formats import export
 from roughcontact.request import options, parsing
 from roughcontact.request.contacts import FRICTION
-from roughcontact.request.options import TABLES, Option, Rule
+from roughcontact.request.options import Option, Rule
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -33,7 +33,7 @@ MOTION = Option(
     "On a smooth counter-body, or with slip below the asperities; default: sliding.",
     _MOTIONS[0],
 )
-OUTPUT = Option.file("output", "Steps; .nc: also maps.", (*TABLES, ".nc"))
+OUTPUT = Option.output("Steps; .nc: also maps", (*export.TABLES, ".nc"))
 WORN_SURFACE = Option.file(
     "worn-surface", f"Worn surface: {', '.join(_SURFACES)}.", _SURFACES, metavar="FILE"
 )
