@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from items import items_of_file, normal
+from items import items_of_file, normalize_text
 from roughcontact.batch import executors, jobs, plan, project, runner
 from roughcontact.batch.executors import Engine
 from roughcontact.surface.random_surfaces import reference_map
@@ -42,7 +42,7 @@ yield-strength = "1 GPa"
 """
 
 
-def written(folder: Path, sizes: list[int], loads: int) -> Path:
+def write_project(folder: Path, sizes: list[int], loads: int) -> Path:
     """Write a project: one map of each size, under several loads each."""
     folder.mkdir(parents=True)
     text = HEAD
@@ -56,7 +56,7 @@ def written(folder: Path, sizes: list[int], loads: int) -> Path:
 
 
 @contextmanager
-def here(workers: int) -> Iterator[Engine]:
+def local_engine(workers: int) -> Iterator[Engine]:
     """Give local processes of one thread each, which have imported what they need."""
     with executors.local_processes(workers) as engine:
         # Every one of them: each task takes long enough for the others to be given away.
@@ -74,7 +74,7 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
     """Give a Dask cluster: a scheduler and workers, each a separate program."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        told = folder / "scheduler.json"
+        scheduler_file = folder / "scheduler.json"
         run = [sys.executable, "-m"]
         about = {"env": {**os.environ, "PYTHONPATH": SOURCE}, "stderr": subprocess.DEVNULL}
         begun = [
@@ -85,15 +85,15 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
                         "distributed.cli.dask_scheduler --host 127.0.0.1 --port 0 --no-dashboard "
                         "--scheduler-file"
                     ),
-                    str(told),
+                    str(scheduler_file),
                 ],
                 **about,
             )
         ]
         stack.callback(lambda: [process.terminate() for process in reversed(begun)])
-        while not told.exists() or not told.read_text():
+        while not scheduler_file.exists() or not scheduler_file.read_text():
             time.sleep(0.05)
-        address = json.loads(told.read_text())["address"]
+        address = json.loads(scheduler_file.read_text())["address"]
         begun += [
             subprocess.Popen(
                 [
@@ -115,7 +115,7 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
             yield engine
 
 
-def timed(path: Path, engine: Engine, backwards: bool = False) -> list[float]:
+def time_contacts(path: Path, engine: Engine, backwards: bool = False) -> list[float]:
     """Work through a project; return the seconds after which each contact was done."""
     entries = project.read_project(path)
     begun = time.perf_counter()
@@ -134,7 +134,9 @@ def bits(path: Path) -> dict[str, dict[str, str]]:
     """Return the files of a project, without times."""
     folder = (path.parent / "results").resolve()
     return {
-        file.name: {name: normal(text, folder) for name, text in items_of_file(file).items()}
+        file.name: {
+            name: normalize_text(text, folder) for name, text in items_of_file(file).items()
+        }
         for file in sorted(folder.iterdir())
     }
 
@@ -142,15 +144,15 @@ def bits(path: Path) -> dict[str, dict[str, str]]:
 def throughput(folder: Path, sizes: list[int], loads: int) -> dict[str, float]:
     """Return contacts per second on one worker and on two, and whether the bits are the same."""
     ways = {
-        "one worker": (lambda: here(1), False),
-        "two workers": (lambda: here(2), True),
+        "one worker": (lambda: local_engine(1), False),
+        "two workers": (lambda: local_engine(2), True),
         "Dask, two workers": (lambda: dask(2), False),
     }
     found, left = {}, {}
     for name, (opened, backwards) in ways.items():
-        path = written(folder / name.replace(" ", "-"), sizes, loads)
+        path = write_project(folder / name.replace(" ", "-"), sizes, loads)
         with opened() as engine:
-            at = timed(path, engine, backwards)
+            at = time_contacts(path, engine, backwards)
         found[name] = len(at) / at[-1]
         left[name] = bits(path)
     first = left["one worker"]
@@ -162,7 +164,7 @@ def throughput(folder: Path, sizes: list[int], loads: int) -> dict[str, float]:
 
 def overhead(folder: Path, contacts: int) -> dict[str, float]:
     """Return the seconds that a contact takes on engines beyond what it takes without one."""
-    entries = project.read_project(written(folder / "alone", [32], contacts))
+    entries = project.read_project(write_project(folder / "alone", [32], contacts))
     entries[0].summary.parent.mkdir()
     tasks = [jobs.BatchTask((jobs.SubtaskRequest(k, one, ""),), 1) for k, one in enumerate(entries)]
     jobs.run_task(tasks[0])
@@ -171,32 +173,32 @@ def overhead(folder: Path, contacts: int) -> dict[str, float]:
         jobs.run_task(task)
     alone = (time.perf_counter() - begun) / contacts
     found = {"alone": alone}
-    for name, opened in (("local", lambda: here(1)), ("Dask", lambda: dask(1))):
-        path = written(folder / name, [32], contacts)
+    for name, opened in (("local", lambda: local_engine(1)), ("Dask", lambda: dask(1))):
+        path = write_project(folder / name, [32], contacts)
         with opened() as engine:
-            at = timed(path, engine)
+            at = time_contacts(path, engine)
         # The first contacts make the worker import what it needs.
         skip = contacts // 10
         found[name] = (at[-1] - at[skip]) / (contacts - skip - 1) - alone
     return found
 
 
-def many(folder: Path, contacts: int) -> dict[str, float]:
+def measure_scheduler(folder: Path, contacts: int) -> dict[str, float]:
     """Return the memory of a scheduler under many tiny contacts, and their pace at the ends."""
     watch: list[psutil.Process] = []
-    path = written(folder / "many", [32], contacts)
+    path = write_project(folder / "many", [32], contacts)
     largest = 0
     with dask(2, watch) as engine:
         entries = project.read_project(path)
         begun, at = time.perf_counter(), []
 
-        def told(report: plan.ContactReport) -> None:
+        def record_memory(report: plan.ContactReport) -> None:
             nonlocal largest
             at.append(time.perf_counter() - begun)
             if len(at) % 10 == 0:
                 largest = max(largest, watch[0].memory_info().rss)
 
-        runner.run_project(entries, told, engine)
+        runner.run_project(entries, record_memory, engine)
     part = contacts // 10
     return {
         "scheduler [MB]": largest / 1e6,
@@ -208,12 +210,12 @@ def many(folder: Path, contacts: int) -> dict[str, float]:
 def memory(folder: Path, sizes: list[int]) -> dict[str, float]:
     """Return the largest memory [MB] of a worker of one thread: idle, and by the points a side."""
     found = {}
-    for name, opened in (("local", lambda: here(1)), ("Dask", lambda: dask(1))):
+    for name, opened in (("local", lambda: local_engine(1)), ("Dask", lambda: dask(1))):
         for size in sizes:
-            path = written(folder / f"{name}-{size}", [size], 3)
+            path = write_project(folder / f"{name}-{size}", [size], 3)
             with opened() as engine:
                 found.setdefault(f"{name} idle", engine.executor.submit(peak).result())
-                timed(path, engine)
+                time_contacts(path, engine)
                 found[f"{name} {size}"] = engine.executor.submit(peak).result()
     return found
 
@@ -230,28 +232,28 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few and small contacts")
     parser.add_argument("--memory", action="store_true", help="the memory of a worker alone")
     parser.add_argument("--json", type=Path, help="write the numbers into a file")
-    asked = parser.parse_args()
-    sizes, loads = ([64, 96], 2) if asked.quick else ([256, 384, 512, 768, 1024], 40)
-    few, tiny = (4, 20) if asked.quick else (200, 10_000)
-    held = [64] if asked.quick else [512, 1024, 2048]
+    options = parser.parse_args()
+    sizes, loads = ([64, 96], 2) if options.quick else ([256, 384, 512, 768, 1024], 40)
+    few, tiny = (4, 20) if options.quick else (200, 10_000)
+    held = [64] if options.quick else [512, 1024, 2048]
     found = {}
     with tempfile.TemporaryDirectory(prefix="roughcontact-fleet-") as name:
         folder = Path(name)
         timings = (
             ("throughput [1/s]", lambda: throughput(folder, sizes, loads)),
             (f"overhead of {few} contacts [s]", lambda: overhead(folder, few)),
-            (f"{tiny} contacts", lambda: many(folder, tiny)),
+            (f"{tiny} contacts", lambda: measure_scheduler(folder, tiny)),
         )
         for what, measured in (
-            *(() if asked.memory else timings),
+            *(() if options.memory else timings),
             ("memory of a worker [MB]", lambda: memory(folder / "memory", held)),
         ):
             found[what] = measured()
             load = psutil.getloadavg()[0]
-            told = ", ".join(f"{key} {value:.3g}" for key, value in found[what].items())
-            print(f"{what}: {told} (load {load:.1f})", flush=True)
-    if asked.json:
-        asked.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+            text = ", ".join(f"{key} {value:.3g}" for key, value in found[what].items())
+            print(f"{what}: {text} (load {load:.1f})", flush=True)
+    if options.json:
+        options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ _NORMAL = [
 ]
 
 
-def normal(text: str, folder: Path) -> str:
+def normalize_text(text: str, folder: Path) -> str:
     """Return a text without times, dates, versions and the temporary folder."""
     for place in {str(folder), str(folder.resolve())}:
         text = text.replace(place, "<folder>")
@@ -67,15 +67,15 @@ def digest(content: bytes) -> str:
 # Values as text --------------------------------------------------------------------------
 
 
-def plain(value: Any) -> Any:
+def json_value(value: Any) -> Any:
     """Return a value as JSON can write it: arrays by digest, dataclasses by their fields."""
     if isinstance(value, np.ndarray):
         if value.dtype == object:
-            return [plain(entry) for entry in value.ravel()]
+            return [json_value(entry) for entry in value.ravel()]
         held = repr(value.item()) if value.size == 1 else digest(value.tobytes())
         return f"{value.dtype.str} {value.shape} {held}"
     if isinstance(value, np.generic):
-        return plain(value.item())
+        return json_value(value.item())
     if isinstance(value, rc.Provenance):
         # As text, which is the same for both layouts of the steps.
         names = ("source", "instrument", "channel", "steps")
@@ -83,9 +83,11 @@ def plain(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     if isinstance(value, dict):
-        return {str(key): plain(entry) for key, entry in value.items() if kept(str(key))}
+        return {
+            str(key): json_value(entry) for key, entry in value.items() if is_compared(str(key))
+        }
     if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
+        return [json_value(entry) for entry in value]
     if isinstance(value, bytes):
         return f"bytes {digest(value)}"
     if value is None or isinstance(value, str | bool | int | float):
@@ -93,21 +95,21 @@ def plain(value: Any) -> Any:
     return repr(value)
 
 
-def kept(name: str) -> bool:
+def is_compared(name: str) -> bool:
     """Return whether a field is compared: public, and the same in every run."""
     return not VOLATILE.fullmatch(name)
 
 
-def written(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return a value as text: a string as it is, everything else as JSON."""
-    found = plain(value)
+    found = json_value(value)
     return found if isinstance(found, str) else json.dumps(found, indent=1, ensure_ascii=False)
 
 
 def items_of(value: Any) -> Items:
     """Return fields, properties and summary of a result, as separate items."""
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
-        return {"": written(value)}
+        return {"": value_text(value)}
     found = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     for name in dir(type(value)):
         if isinstance(getattr(type(value), name), property | functools.cached_property):
@@ -117,7 +119,7 @@ def items_of(value: Any) -> Items:
                 found[name] = f"{type(error).__name__}: {error}"
     if hasattr(value, "summary"):
         found["summary"] = value.summary()
-    return {name: written(entry) for name, entry in found.items() if kept(name)}
+    return {name: value_text(entry) for name, entry in found.items() if is_compared(name)}
 
 
 # Contents of files --------------------------------------------------------------------------------
@@ -131,7 +133,7 @@ def read_html(path: Path) -> Items:
     text = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.DOTALL)
     text = re.sub(r"<svg\b.*?</svg>", "[svg]", text, flags=re.DOTALL)
     text = re.sub(r"[ \t]*\n\s*", "\n", html.unescape(re.sub(r"<[^>]*>", " ", text)))
-    return {"": re.sub(r"[ \t]+", " ", text), "pictures": written(pixels)}
+    return {"": re.sub(r"[ \t]+", " ", text), "pictures": value_text(pixels)}
 
 
 def read_netcdf(path: Path) -> Items:
@@ -141,15 +143,15 @@ def read_netcdf(path: Path) -> Items:
 
     def visit(name: str, node: Any) -> None:
         for key, entry in node.attrs.items():
-            if kept(key) and key not in own:
+            if is_compared(key) and key not in own:
                 found[f"{name}@{key}"] = entry
-        if isinstance(node, h5py.Dataset) and kept(name.rpartition("/")[2]):
+        if isinstance(node, h5py.Dataset) and is_compared(name.rpartition("/")[2]):
             found[name] = node[()]
 
     with h5py.File(path, "r") as file:
         visit("", file)
         file.visititems(visit)
-    return {"": written(dict(sorted(found.items())))}
+    return {"": value_text(dict(sorted(found.items())))}
 
 
 def read_zip(path: Path) -> Items:
@@ -158,19 +160,19 @@ def read_zip(path: Path) -> Items:
     with zipfile.ZipFile(path) as archive:
         for name in sorted(archive.namelist()):
             content = archive.read(name)
-            if not kept(name):
+            if not is_compared(name):
                 continue
             if name.endswith(".npy"):
                 found[name] = np.load(io.BytesIO(content))
             elif not name.endswith("md5checksum.hex"):
                 found[name] = content.decode() if name.endswith(".xml") else content
-    return {"": "\n".join(f"{name}\n{written(entry)}" for name, entry in found.items())}
+    return {"": "\n".join(f"{name}\n{value_text(entry)}" for name, entry in found.items())}
 
 
 def read_csv(path: Path) -> Items:
     """Return a table without the columns of times."""
     lines = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
-    columns = [n for n, name in enumerate(lines[0]) if kept(name.strip())]
+    columns = [n for n, name in enumerate(lines[0]) if is_compared(name.strip())]
     if len(columns) == len(lines[0]):
         return {"": path.read_text(encoding="utf-8")}
     return {"": "\n".join(",".join(line[n] for n in columns) for line in lines)}
@@ -201,10 +203,10 @@ READERS: dict[str, Callable[[Path], Items]] = {
     ".svg": read_svg,
     ".vti": read_vtk,
     ".vtr": read_vtk,
-    ".png": lambda path: {"": written(imread(path))},
+    ".png": lambda path: {"": value_text(imread(path))},
     ".pdf": lambda path: {"": path.read_bytes()[:5].decode()},
-    ".npy": lambda path: {"": written(np.load(path))},
-    ".json": lambda path: {"": written(json.loads(path.read_text(encoding="utf-8")))},
+    ".npy": lambda path: {"": value_text(np.load(path))},
+    ".json": lambda path: {"": value_text(json.loads(path.read_text(encoding="utf-8")))},
 }
 
 
@@ -216,4 +218,4 @@ def items_of_file(path: Path) -> Items:
     try:
         return {"": content.decode("utf-8")}
     except UnicodeDecodeError:
-        return {"": written(content)}
+        return {"": value_text(content)}

@@ -101,7 +101,7 @@ def leak(options: argparse.Namespace) -> None:
                 print(points, "peer", json.dumps(peer), "over own", ratios, "flow off by", error)
 
 
-def turned(options: argparse.Namespace) -> None:
+def measure_turned_face(options: argparse.Namespace) -> None:
     """Print the permeability across the grooves of a turned face, elastic and with a ceiling."""
     points = options.points[-1]
     edge = 0.8e-3 / points
@@ -139,7 +139,7 @@ def turned(options: argparse.Namespace) -> None:
                 print(f"{seed} {boundary} {pressure / 1e6:.0f} MPa ratio {ratio:.3g}", flush=True)
 
 
-def timed(call: Callable[[], T]) -> tuple[T, float]:
+def time_call(call: Callable[[], T]) -> tuple[T, float]:
     """Return the result of a call, and its processor time [s]."""
     began = time.process_time()
     return call(), time.process_time() - began
@@ -172,7 +172,7 @@ def count_pairs(call: Callable[[], object], points: int) -> float:
 def compare_slip(surface: rc.Surface, boundary: str, load: Any = 1.0) -> list[str]:
     """Return a row of the table of partial slip."""
 
-    def pressed() -> rc.ContactResult:
+    def solve_normal() -> rc.ContactResult:
         return rc.solve(
             surface,
             material=STEEL,
@@ -182,17 +182,17 @@ def compare_slip(surface: rc.Surface, boundary: str, load: Any = 1.0) -> list[st
             calibrated=False,
         )
 
-    contact = pressed()
+    contact = solve_normal()
 
     def slipped() -> rc.results.Tangential:
         return rc.tangential(contact, friction=FRICTION, force=0.5 * FRICTION * contact.load)
 
     grid = contact.pair.operators("double", Workspace())(contact.pair.shape, (1, 1)).padded
-    pairs = [count_pairs(call, grid[0] * grid[1]) for call in (pressed, slipped)]
+    pairs = [count_pairs(call, grid[0] * grid[1]) for call in (solve_normal, slipped)]
     times = []
     for _ in range(REPEATS):
-        contact, normal = timed(pressed)
-        found, slip = timed(slipped)
+        contact, normal = time_call(solve_normal)
+        found, slip = time_call(slipped)
         times.append((normal, slip))
     normal, slip = (min(column) for column in zip(*times, strict=True))
     last = found.last
@@ -206,7 +206,7 @@ def compare_slip(surface: rc.Surface, boundary: str, load: Any = 1.0) -> list[st
     ]
 
 
-def slip(options: argparse.Namespace) -> None:
+def measure_slip(options: argparse.Namespace) -> None:
     """Print the table of partial slip."""
     head = ["grid", "contact, pairs", "partial slip, pairs", "ratio of both", "certificate"]
     if options.file:
@@ -270,7 +270,7 @@ def scales(options: argparse.Namespace) -> None:
             print(f"  {name:24}", *(f"{ratio:6.2f}" for ratio in ratios))
 
 
-SUBJECTS = {"leak": leak, "turned": turned, "slip": slip, "scales": scales}
+SUBJECTS = {"leak": leak, "turned": measure_turned_face, "slip": measure_slip, "scales": scales}
 
 
 def main() -> None:

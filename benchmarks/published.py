@@ -59,20 +59,20 @@ class Row:
         return max(low, least) <= min(high, most) * (1 + 1e-9)
 
 
-def refined(solve: Callable[[int], float], points: int) -> Interval:
+def refinement_interval(solve: Callable[[int], float], points: int) -> Interval:
     """Return the value on a grid, less and plus its difference to that on half the points."""
     fine, coarse = solve(points), solve(points // 2)
     return fine - abs(fine - coarse), fine + abs(fine - coarse)
 
 
-def averaged(values: Iterable[float]) -> Interval:
+def mean_interval(values: Iterable[float]) -> Interval:
     """Return the mean over realizations, less and plus two standard errors."""
     array = np.array(list(values))
     error = 2 * array.std(ddof=1) / math.sqrt(array.size)
     return float(array.mean() - error), float(array.mean() + error)
 
 
-def exactly(value: float) -> Interval:
+def exact_interval(value: float) -> Interval:
     """Return the interval of a closed form."""
     return value, value
 
@@ -92,7 +92,7 @@ def gradient_of(heights: Array, side: float) -> float:
     return math.sqrt((power * (q[:, None] ** 2 + q**2)).sum())
 
 
-def rough(
+def rough_surface(
     points: int, seed: int, gradient: float, side: float = 1e-3, waves: int = 8, finest: int = 8
 ) -> rc.Surface:
     """Return a self-affine map, Hurst 0.8: waves a side, points in the shortest, RMS gradient."""
@@ -108,7 +108,7 @@ def rough(
     return rc.Surface(heights * (gradient / gradient_of(heights, side)), (pixel, pixel))
 
 
-def press(surface: rc.Surface, pressure: float, **more: object) -> rc.ContactResult:
+def solve_periodic(surface: rc.Surface, pressure: float, **more: object) -> rc.ContactResult:
     """Solve a periodic contact of steel on a rigid flat under a nominal pressure [Pa]."""
     options = {"material": STEEL, "ceiling": None, "boundary": "periodic"} | more
     return rc.solve(surface, load=rc.NominalPressure(pressure), **options)  # type: ignore[arg-type]
@@ -139,8 +139,8 @@ def hertz_sphere() -> Iterator[Row]:
         "Sphere on a flat, elastic: largest pressure",
         "Hertz 1882 ([formula in Bahrami et al. 2005]"
         "(https://studylib.net/doc/11187891)), 3F/(2πa²)",
-        exactly(1.5 * LOAD / (math.pi * CONTACT_RADIUS**2) / 1e9),
-        tuple(end / 1e9 for end in refined(peak, 256)),  # type: ignore[arg-type]
+        exact_interval(1.5 * LOAD / (math.pi * CONTACT_RADIUS**2) / 1e9),
+        tuple(end / 1e9 for end in refinement_interval(peak, 256)),  # type: ignore[arg-type]
         "GPa",
     )
 
@@ -152,13 +152,13 @@ def westergaard() -> Iterator[Row]:
     def share(points: int) -> float:
         pixel = (WAVELENGTH / points,) * 2
         heights = shapes.wavy((4, points), pixel, AMPLITUDE, WAVELENGTH)
-        return fraction(press(rc.Surface(heights, pixel), 0.5 * closing))
+        return fraction(solve_periodic(rc.Surface(heights, pixel), 0.5 * closing))
 
     yield Row(
         "One wave at half the pressure that closes it: contact fraction",
         "Westergaard 1939, (2/π) arcsin (p̄/p*)^½",
-        exactly(50.0),
-        tuple(100 * end for end in refined(share, 512)),  # type: ignore[arg-type]
+        exact_interval(50.0),
+        tuple(100 * end for end in refinement_interval(share, 512)),  # type: ignore[arg-type]
         "%",
     )
 
@@ -171,22 +171,22 @@ def crossed_waves() -> Iterator[Row]:
     def solve(points: int, ratio: float) -> rc.ContactResult:
         pixel = (WAVELENGTH / points,) * 2
         heights = shapes.crossed_waves((points, points), pixel, AMPLITUDE, WAVELENGTH)
-        return press(rc.Surface(heights, pixel), ratio * closing)
+        return solve_periodic(rc.Surface(heights, pixel), ratio * closing)
 
-    light = refined(lambda points: fraction(solve(points, 0.003)), 1024)
+    light = refinement_interval(lambda points: fraction(solve(points, 0.003)), 1024)
     yield Row(
         "Crossed waves at 0.003 of the closing pressure: contact fraction",
         source + "π(3p̄/8πp*)^⅔",
-        exactly(100 * waves.crossed_contact_fraction_light(0.003, 1.0)),
+        exact_interval(100 * waves.crossed_contact_fraction_light(0.003, 1.0)),
         tuple(100 * end for end in light),  # type: ignore[arg-type]
         "%",
         "An asymptote for p̄ → 0.",
     )
-    heavy = refined(lambda points: 1 - fraction(solve(points, 0.97)), 512)
+    heavy = refinement_interval(lambda points: 1 - fraction(solve(points, 0.97)), 512)
     yield Row(
         "Crossed waves at 0.97 of the closing pressure: open fraction",
         source + "(3/2π)(1 - p̄/p*)",
-        exactly(100 * (1 - waves.crossed_contact_fraction_heavy(0.97, 1.0))),
+        exact_interval(100 * (1 - waves.crossed_contact_fraction_heavy(0.97, 1.0))),
         tuple(100 * end for end in heavy),  # type: ignore[arg-type]
         "%",
         "An asymptote for p̄ → p*.",
@@ -197,7 +197,7 @@ def crossed_waves() -> Iterator[Row]:
     yield Row(
         "Crossed waves: pressure that closes them",
         source + "√2 πE*Δ/λ",
-        exactly(closing / 1e9),
+        exact_interval(closing / 1e9),
         (ratios[first - 1] * closing / 1e9, ratios[first] * closing / 1e9),
         "GPa",
     )
@@ -220,8 +220,8 @@ def mindlin() -> Iterator[Row]:
     yield Row(
         "Sphere on its like, friction 0.2, half of the sliding force: shift",
         "Mindlin 1949, 3μF/(16a) Σ(2-ν)/G (1 - (1-Q/μF)^⅔)",
-        exactly(shift * 1e9),
-        tuple(1e9 * end for end in refined(solve, 128)),  # type: ignore[arg-type]
+        exact_interval(shift * 1e9),
+        tuple(1e9 * end for end in refinement_interval(solve, 128)),  # type: ignore[arg-type]
         "nm",
         "The formula neglects the traction across the force.",
     )
@@ -242,8 +242,8 @@ def first_yield() -> Iterator[Row]:
     yield Row(
         "Sphere on a flat, ν = 0.3: largest pressure over yield strength at first yield",
         "Huber 1904: stress on the axis under Hertz's pressure",
-        exactly(float(1 / (radial - axial).max())),
-        refined(solve, 64),
+        exact_interval(float(1 / (radial - axial).max())),
+        refinement_interval(solve, 64),
     )
 
 
@@ -262,14 +262,14 @@ def gfmd_area() -> Iterator[Row]:
         / np.subtract(*q ** (-2 * hurst))
     )
     values = ((0.005, 3.993, 0.029), (0.025, 18.524, 0.074), (0.113, 65.714, 0.048))
-    surfaces = [rough(1024, seed, gradient, side, 1, 1024 / breadth) for seed in range(3)]
+    surfaces = [rough_surface(1024, seed, gradient, side, 1, 1024 / breadth) for seed in range(3)]
     coarse = rc.Surface(surfaces[0].heights[::4, ::4], (side / 256, side / 256))
     rows = []
     for pressure, mean, deviation in values:
-        fine = [100 * fraction(press(each, pressure * MODULUS)) for each in surfaces]
-        result = press(coarse, pressure * MODULUS)
+        fine = [100 * fraction(solve_periodic(each, pressure * MODULUS)) for each in surfaces]
+        result = solve_periodic(coarse, pressure * MODULUS)
         counted = 100 * result.contact_fraction, 100 * fraction(result) / fine[0] - 1
-        rows.append((pressure, (mean - deviation, mean + deviation), averaged(fine), counted))
+        rows.append((pressure, (mean - deviation, mean + deviation), mean_interval(fine), counted))
     whole = ", ".join(f"{counted[0]:.3g}" for *_, counted in rows)
     change = max(abs(counted[1]) for *_, counted in rows)
     note = (
@@ -306,7 +306,7 @@ def challenge() -> Iterator[Row]:
             rng=seed,
         )
         surface = rc.Surface(heights / gradient_of(heights, side), (pixel, pixel))
-        return 100 * fraction(press(surface, 0.01 * modulus, material=body))
+        return 100 * fraction(solve_periodic(surface, 0.01 * modulus, material=body))
 
     yield Row(
         "Contact-Mechanics Challenge (Müser 2015, arXiv:1512.02403) without adhesion, own "
@@ -314,7 +314,7 @@ def challenge() -> Iterator[Row]:
         "Wang and Müser 2017 ([points of their figure 2]"
         "(https://github.com/xylcsi/PerssonModelFudgeFactor)), sum of the pressure distribution",
         (2.02, 2.08),
-        averaged(share(seed) for seed in range(3)),
+        mean_interval(share(seed) for seed in range(3)),
         "%",
         "The points carry 1.033 of the load; the lower value is scaled by it.",
     )
@@ -328,12 +328,12 @@ def percolation() -> Iterator[Row]:
         return bool(set(labels[0]) & set(labels[-1]) - {0})
 
     def critical(seed: int) -> float:
-        surface = rough(512, seed, 0.1)
+        surface = rough_surface(512, seed, 0.1)
         low, high, share = 0.1, 0.4, 0.0
         result = None
         for _ in range(8):
             middle = (low + high) / 2
-            result = press(surface, middle * 0.1 * MODULUS, initial_guess=result)
+            result = solve_periodic(surface, middle * 0.1 * MODULUS, initial_guess=result)
             low, high = (middle, high) if crosses(result) else (low, middle)
             share = fraction(result)
         return 100 * share
@@ -344,7 +344,7 @@ def percolation() -> Iterator[Row]:
         "0.415); Persson and Yang 2008 ([abstract](https://tomesphere.com/paper/0805.0699): of "
         "order 0.4)",
         (40.0, 41.5),
-        averaged(critical(seed) for seed in range(6)),
+        mean_interval(critical(seed) for seed in range(6)),
         "%",
     )
 
@@ -354,8 +354,8 @@ def stiffness_exponent() -> Iterator[Row]:
     pressures = np.array([0.01, 0.04, 0.12])
 
     def logarithms(seed: int) -> Array:
-        surface = rough(512, seed, 0.1)
-        return np.log([press(surface, p * 0.1 * MODULUS).stiffness() for p in pressures])
+        surface = rough_surface(512, seed, 0.1)
+        return np.log([solve_periodic(surface, p * 0.1 * MODULUS).stiffness() for p in pressures])
 
     found = np.array([logarithms(seed) for seed in range(6)])
     slopes = np.diff(found.mean(0)) / np.diff(np.log(pressures))
@@ -364,8 +364,8 @@ def stiffness_exponent() -> Iterator[Row]:
         "Self-affine surface, 2 to 24 % in contact: exponent of stiffness over pressure",
         "Pastewka et al. 2013 ([abstract](https://ar5iv.labs.arxiv.org/html/1210.4635): linear "
         "over a wide range, sublinear at small pressure by finite size)",
-        exactly(1.0),
-        averaged((found[:, 2] - found[:, 0]) / math.log(pressures[2] / pressures[0])),
+        exact_interval(1.0),
+        mean_interval((found[:, 2] - found[:, 0]) / math.log(pressures[2] / pressures[0])),
         "",
         f"{slopes[0]:.2f} up to 8 %, by the finite size (eight roll-off waves a side), "
         f"{slopes[1]:.2f} above.",
@@ -376,7 +376,9 @@ def stiffness_ratio() -> Iterator[Row]:
     """Ratio of tangential and normal stiffness of a rough contact."""
 
     def ratio(seed: int) -> float:
-        contact = press(rough(256, seed, 0.1), 0.05 * 0.1 * MODULUS / 2, counter_material=STEEL)
+        contact = solve_periodic(
+            rough_surface(256, seed, 0.1), 0.05 * 0.1 * MODULUS / 2, counter_material=STEEL
+        )
         both = (
             rc.tangential(contact, friction=0.3, force=1e-3 * contact.load, direction=angle)
             for angle in (0.0, 90.0)
@@ -388,8 +390,8 @@ def stiffness_ratio() -> Iterator[Row]:
         "Self-affine surface, like bodies, ν = 0.3: tangential over normal stiffness",
         "Campañá, Persson and Müser 2011 ([abstract](https://juser.fz-juelich.de/record/19590)), "
         "after Mindlin: 2(1-ν)/(2-ν)",
-        exactly(2 * (1 - nu) / (2 - nu)),
-        averaged(ratio(seed) for seed in range(3)),
+        exact_interval(2 * (1 - nu) / (2 - nu)),
+        mean_interval(ratio(seed) for seed in range(3)),
         "",
         "Exact for a circle; the source derives it for rough surfaces with an isotropic mean.",
     )
@@ -400,7 +402,7 @@ def rough_sphere() -> Iterator[Row]:
 
     def growth(seed: int) -> float:
         half, points = 2 * CONTACT_RADIUS, 512
-        roughness = rough(points, seed, 1.0, 2 * half, 16).heights
+        roughness = rough_surface(points, seed, 1.0, 2 * half, 16).heights
         roughness = roughness * (0.05 * CONTACT_RADIUS**2 / RADIUS / roughness.std())
         ball = sphere(points, half, roughness)
         result = rc.solve(ball, material=STEEL, load=LOAD, ceiling=None)
@@ -415,7 +417,7 @@ def rough_sphere() -> Iterator[Row]:
         "Greenwood, Johnson and Matsubara 1984 ([abstract]"
         "(http://publications.eng.cam.ac.uk/565837/): errors not likely above about 7 %)",
         (0.0, 7.0),
-        averaged(growth(seed) for seed in range(6)),
+        mean_interval(growth(seed) for seed in range(6)),
         "%",
     )
 
@@ -450,7 +452,7 @@ def kogut_etsion() -> Iterator[Row]:
         setup + "approach over that of first yield",
         source + "(F/1.40)^(1/1.263)",
         (approach * 0.96, approach * 1.04),
-        refined(lambda points: solve(points).approach / critical, 64),
+        refinement_interval(lambda points: solve(points).approach / critical, 64),
         "",
         note,
     )
@@ -458,7 +460,7 @@ def kogut_etsion() -> Iterator[Row]:
         setup + "contact area over that of first yield",
         source + "0.94 ω^1.146",
         (area * 0.96, area * 1.04),
-        refined(
+        refinement_interval(
             lambda points: solve(points).perimeter_corrected_area / (math.pi * RADIUS * critical),
             64,
         ),
@@ -474,8 +476,10 @@ def conductance() -> Iterator[Row]:
 
     def solve(seed: int) -> float:
         gradient = 0.2
-        surface = rough(512, seed, gradient)
-        result = press(surface, relative * hardness, ceiling=hardness, counter_material=STEEL)
+        surface = rough_surface(512, seed, gradient)
+        result = solve_periodic(
+            surface, relative * hardness, ceiling=hardness, counter_material=STEEL
+        )
         slope = gradient / math.sqrt(math.pi)
         return constriction(result) / 2 / result.nominal_area * float(surface.heights.std()) / slope
 
@@ -483,8 +487,8 @@ def conductance() -> Iterator[Row]:
         "Plastic joint of Gaussian surfaces, p̄ = 0.02 H: conductance h σ/(k m)",
         "Yovanovich 1982 after Cooper, Mikic and Yovanovich 1969 (public code that cites it), "
         "1.25 (p̄/H)^0.95",
-        exactly(published),
-        averaged(solve(seed) for seed in range(4)),
+        exact_interval(published),
+        mean_interval(solve(seed) for seed in range(4)),
         "",
         "On 108 solved maps the correlation was 0.99 to 1.44 times the solved value "
         "([](estimates.md)).",
@@ -527,12 +531,12 @@ def patir() -> Iterator[Row]:
     """Flow factor of an isotropic gap."""
 
     def solve(seed: int) -> Interval:
-        surface = rough(512, seed, 0.1, finest=16)
+        surface = rough_surface(512, seed, 0.1, finest=16)
         sigma = float(surface.heights.std())
         low, high = 1e-7, 1e-2
         for _ in range(12):
             middle = math.sqrt(low * high)
-            result = press(surface, middle * MODULUS)
+            result = solve_periodic(surface, middle * MODULUS)
             low, high = (middle, high) if result.mean_gap > 2 * sigma else (low, middle)
         factor = rc.leakage(result, flow_axis="x").flow_factor(1)[0]
         return float(factor), result.mean_gap / sigma
@@ -542,8 +546,8 @@ def patir() -> Iterator[Row]:
     yield Row(
         f"Gap of an isotropic rough surface, mean gap {ratio:.2f} σ: pressure flow factor",
         "Patir and Cheng 1978 (public code that cites it), 1 - 0.90 exp(-0.56 h/σ)",
-        exactly(1 - 0.9 * math.exp(-0.56 * ratio)),
-        averaged(factor for factor, _ in found),
+        exact_interval(1 - 0.9 * math.exp(-0.56 * ratio)),
+        mean_interval(factor for factor, _ in found),
         "",
         "Theirs is the mean of small maps in which overlapping peaks are cut off, undeformed.",
     )
@@ -553,8 +557,10 @@ def loading_stiffness() -> Iterator[Row]:
     """Ratio of the stiffness in unloading and in loading."""
 
     def ratio(seed: int) -> float:
-        surface, ceiling = rough(512, seed, 0.2), 3e9
-        lower, middle, upper = (press(surface, p * 1e6, ceiling=ceiling) for p in (63, 70, 77))
+        surface, ceiling = rough_surface(512, seed, 0.2), 3e9
+        lower, middle, upper = (
+            solve_periodic(surface, p * 1e6, ceiling=ceiling) for p in (63, 70, 77)
+        )
         loading = 14e6 / (upper.approach - lower.approach)
         # Stiffness of the whole contact outline, saturated or not, as in conductance.
         unloading = middle.contact_modulus * constriction(middle) / 2 / middle.nominal_area
@@ -565,7 +571,7 @@ def loading_stiffness() -> Iterator[Row]:
         "Mulvihill et al. 2013 ([abstract](https://link.springer.com/article/10.1007/"
         "s11340-013-9718-5)): ultrasound about three times as stiff as image correlation",
         (2.5, 3.5),
-        averaged(ratio(seed) for seed in range(3)),
+        mean_interval(ratio(seed) for seed in range(3)),
         "",
         "The surfaces of the source were not reached. Image correlation also measures the bulk "
         "near the interface.",
@@ -592,7 +598,7 @@ ROWS: dict[str, Callable[[], Iterator[Row]]] = {
 }
 
 
-def show(ends: Interval, unit: str) -> str:
+def format_interval(ends: Interval, unit: str) -> str:
     """Return an interval as text, a narrow one with two digits of its half width."""
     low, high = ends
     middle, half = (low + high) / 2, (high - low) / 2
@@ -625,7 +631,7 @@ def main() -> None:
             if row.note and row.note not in notes:
                 notes.append(row.note)
             mark = f" [{notes.index(row.note) + 1}]" if row.note else ""
-            values = show(row.published, row.unit), show(row.found, row.unit)
+            values = format_interval(row.published, row.unit), format_interval(row.found, row.unit)
             verdict = "yes" if row.agrees else "**no**"
             if row.published[1] - row.published[0] < WIDE * sum(row.published):
                 difference = round(100 * (sum(row.found) / sum(row.published) - 1), 3)

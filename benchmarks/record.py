@@ -77,7 +77,7 @@ def _stress(points: int) -> Callable[[], object]:
     return lambda: rc.subsurface_stress(result)
 
 
-def _slip(points: int) -> Callable[[], object]:
+def _slip_task(points: int) -> Callable[[], object]:
     result = _contact(points)()
     return lambda: rc.tangential(result, friction=0.15, force=0.075)
 
@@ -127,7 +127,7 @@ TASKS: dict[str, tuple[Callable[..., Callable[[], object]], int, dict[str, Any]]
     "contact, single precision, 2048²": (_contact, 2048, {"precision": "single"}),
     "load curve, 8 loads, 512²": (_curve, 512, {}),
     "stress below, 512²": (_stress, 512, {}),
-    "partial slip, 512²": (_slip, 512, {}),
+    "partial slip, 512²": (_slip_task, 512, {}),
     "leakage, 512²": (_leak, 512, {}),
     "conductance, 512²": (_conductance, 512, {}),
     "ball with plastic volume, 48²": (_ball, 48, {}),
@@ -165,7 +165,7 @@ def worker(name: str, points: int = 0, device: str = "") -> None:
     print(json.dumps({"seconds": seconds, "above": whole - before, "whole": whole}))
 
 
-def measured(name: str, repeats: int, pairs: list[float]) -> dict[str, float]:
+def measure_task(name: str, repeats: int, pairs: list[float]) -> dict[str, float]:
     """Return time [s] and memory [MB] of a task, medians; add times of pairs."""
     answers = []
     for _ in range(repeats):
@@ -177,7 +177,7 @@ def measured(name: str, repeats: int, pairs: list[float]) -> dict[str, float]:
     }
 
 
-def grown(name: str, largest: int) -> dict[int, dict[str, float]]:
+def measure_growth(name: str, largest: int) -> dict[int, dict[str, float]]:
     """Return seconds, T_pair of the same grid and bytes a pixel of a task, by points per side."""
     rows: dict[int, dict[str, float]] = {}
     points = GROWING[name][1]
@@ -209,7 +209,7 @@ def compare_device(device: str, largest: int) -> None:
         points *= 2
 
 
-def worse(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -> list[str]:
+def find_slower(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -> list[str]:
     """Return a line for each row of a record that is more than 10 % above the last record."""
     lines = []
     for name, row in now.items():
@@ -222,7 +222,7 @@ def worse(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -
     return lines
 
 
-def kept(record: dict[str, Any], records: list[dict[str, Any]]) -> None:
+def store_record(record: dict[str, Any], records: list[dict[str, Any]]) -> None:
     """Store a record, one per version and day."""
     once = ("date", "version")
     records = [old for old in records if any(old[key] != record[key] for key in once)] + [record]
@@ -344,12 +344,12 @@ def main() -> int:
         compare_device(given.device, given.growth)
         return 0
     if given.growth:
-        found = {name: grown(name, given.growth) for name in GROWING}
+        found = {name: measure_growth(name, given.growth) for name in GROWING}
         GROWTH.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
         return 0
     pairs: list[float] = []
     rows = {
-        name: measured(name, 1 if given.quick else given.repeats, pairs)
+        name: measure_task(name, 1 if given.quick else given.repeats, pairs)
         for name in (QUICK if given.quick else TASKS)
     }
     # Single pairs vary by a third on a shared machine, the median of all by a few per cent.
@@ -360,12 +360,12 @@ def main() -> int:
             f"{name:40s} {row['seconds']:8.3f} s {row['pairs']:8.2f} T_pair {row['above']:8.1f} MB"
         )
     records = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else []
-    above = worse(rows, records[-1]["rows"] if records else {})
+    above = find_slower(rows, records[-1]["rows"] if records else {})
     print("".join(f"worse: {line}\n" for line in above), end="")
     if given.keep:
         today = datetime.date.today().isoformat()
         record = {"date": today, "version": rc.__version__, "machine": machine(), "rows": rows}
-        kept(record, records)
+        store_record(record, records)
     return 1 if above else 0
 
 

@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 
 import roughcontact as rc
-from items import Items, digest, items_of, items_of_file, normal, plain, written
+from items import Items, digest, items_of, items_of_file, json_value, normalize_text, value_text
 
 MEASUREMENTS = Path(__file__).parents[2] / "shared" / "measurements"
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
@@ -50,7 +50,7 @@ QUARTER, CLOCKWISE = (90, -1) if DEGREES else (1, 1)
 # Maps ---------------------------------------------------------------------------------------------
 
 
-def rough(
+def rough_surface(
     shape: tuple[int, int] = (64, 64), seed: int = 1, pixel: tuple[float, float] | None = None
 ) -> rc.Surface:
     """Return a self-affine map of 0.1 mm unless a pixel is given."""
@@ -66,9 +66,9 @@ def rough(
     return rc.Surface(heights, pixel)
 
 
-def holed() -> rc.Surface:
+def surface_with_holes() -> rc.Surface:
     """Return a map with a spike, a round hole and single missing points."""
-    heights = np.array(rough(seed=4).heights)
+    heights = np.array(rough_surface(seed=4).heights)
     y, x = np.mgrid[:64, :64]
     heights[(y - 20) ** 2 + (x - 45) ** 2 < 30] = np.nan
     heights[[3, 40, 60], [5, 17, 63]] = np.nan
@@ -93,16 +93,16 @@ def trace() -> rc.Surface:
 def write_inputs(folder: Path) -> None:
     """Write the maps that the commands read, heights in µm, without the program."""
     maps = {
-        "rough.npy": rough().heights,
-        "wide.npy": rough((48, 80), 2, (1.5e-6, 1e-6)).heights,
-        "other.npy": rough((72, 72), 3).heights,
-        "holes.npy": holed().heights,
-        "small.npy": rough((32, 32), 5).heights,
+        "rough.npy": rough_surface().heights,
+        "wide.npy": rough_surface((48, 80), 2, (1.5e-6, 1e-6)).heights,
+        "other.npy": rough_surface((72, 72), 3).heights,
+        "holes.npy": surface_with_holes().heights,
+        "small.npy": rough_surface((32, 32), 5).heights,
     }
     for name, heights in maps.items():
         np.save(folder / name, 1e6 * heights)
-    np.savetxt(folder / "rough.txt", 1e6 * rough().heights)
-    np.savetxt(folder / "rough.csv", 1e6 * rough().heights, delimiter=";")
+    np.savetxt(folder / "rough.txt", 1e6 * rough_surface().heights)
+    np.savetxt(folder / "rough.csv", 1e6 * rough_surface().heights, delimiter=";")
     (folder / "broken.csv").write_text("1,2,3\n4,five,6\n7,8,9\n", encoding="utf-8")
     (folder / "broken.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(64))
     (folder / "project.toml").write_text(PROJECT, encoding="utf-8")
@@ -191,14 +191,17 @@ def case(function: Case) -> Case:
 @case
 def reading(folder: Path) -> dict[str, Any]:
     found: dict[str, Any] = {}
-    for name, surface in (("wide", rough((48, 80), 2, (1.5e-6, 1e-6))), ("holes", holed())):
+    for name, surface in (
+        ("wide", rough_surface((48, 80), 2, (1.5e-6, 1e-6))),
+        ("holes", surface_with_holes()),
+    ):
         for suffix in ("csv", "npz", "x3p", "sur", "nc", "vti"):
             path = folder / f"{name}.{suffix}"
             surface.save(path)
             if suffix != "vti":
                 found[f"{name}-{suffix}"] = rc.read_surface(path)
     options: dict[str, Any] = {"unit": "um", "size": (SIDE, 2 * SIDE)}
-    micrometres = 1e6 * holed().heights
+    micrometres = 1e6 * surface_with_holes().heights
     np.save(folder / "bare.npy", micrometres)
     np.savez(folder / "bare.npz", heights=micrometres)
     np.savetxt(folder / "bare.txt", micrometres)
@@ -231,7 +234,7 @@ def measurements(folder: Path) -> dict[str, Any]:
 
 @case
 def preparation(folder: Path) -> dict[str, Any]:
-    whole, gaps = rough((64, 80), 6), holed()
+    whole, gaps = rough_surface((64, 80), 6), surface_with_holes()
     found = {
         f"level-{form}": whole.leveled(form) for form in ("plane", "quadric", "mean", "robust")
     }
@@ -244,7 +247,9 @@ def preparation(folder: Path) -> dict[str, Any]:
     found["rectangle"] = gaps.largest_rectangle()
     found["cropped"] = whole.cropped((4, 60), (3, 55))
     found["rotated"] = whole.rotated(QUARTER).rotated(2 * QUARTER)
-    found["with-form"] = rough().with_form(rc.Surface(ball().heights, rough().pixel))
+    found["with-form"] = rough_surface().with_form(
+        rc.Surface(ball().heights, rough_surface().pixel)
+    )
     for method in ("bandlimited", "spline"):
         found[f"resampled-{method}"] = whole.resampled((48, 90), method=method)
     found["resampled-pixel"] = whole.resampled(pixel=(2e-6, 2e-6))
@@ -252,60 +257,68 @@ def preparation(folder: Path) -> dict[str, Any]:
     found["l-filter"] = whole.filtered(l=4e-5)
     found["both-filters"] = gaps.filled().filtered(s=5e-6, l=4e-5)
     motion = ((3e-6, -5e-6), 2.0 * CLOCKWISE)
-    found["aligned"] = rough((72, 72), 3).aligned(rough(), *motion, mirrored=True)
+    found["aligned"] = rough_surface((72, 72), 3).aligned(rough_surface(), *motion, mirrored=True)
     found["roughness"] = [whole.roughness(), gaps.filled().roughness()]
     found["notes"] = [whole.resolution_notes(), whole.resolution_notes(1e-5)]
     return found
 
 
-WIDE = rough((48, 80), 2, (1.5e-6, 1e-6))
+WIDE = rough_surface((48, 80), 2, (1.5e-6, 1e-6))
 SOLVED: dict[str, tuple[rc.Surface, dict[str, Any]]] = {
-    "elastic": (rough((96, 96)), {"load": 0.3, "ceiling": None}),
-    "large": (rough((128, 128)), {"load": 0.2}),
+    "elastic": (rough_surface((96, 96)), {"load": 0.3, "ceiling": None}),
+    "large": (rough_surface((128, 128)), {"load": 0.2}),
     "wide": (WIDE, {"load": 0.2}),
-    "odd": (rough((51, 77), 8), {"load": 0.2}),
+    "odd": (rough_surface((51, 77), 8), {"load": 0.2}),
     "ball": (ball(), {"load": 20.0}),
-    "ceiling-auto": (rough(), {"load": 0.5}),
-    "ceiling-scalar": (rough(), {"load": 0.5, "ceiling": 2.5e9}),
-    "ceiling-map": (rough(), {"load": 0.5, "ceiling": np.linspace(2e9, 4e9, 4096).reshape(64, 64)}),
-    "ceiling-hardness": (rough(), {"load": 2.0, "material": ALUMINA}),
-    "approach": (rough(), {"approach": 3e-7}),
-    "tilt": (rough(), {"load": 0.2, "moments": (2e-7, -1e-6)}),
+    "ceiling-auto": (rough_surface(), {"load": 0.5}),
+    "ceiling-scalar": (rough_surface(), {"load": 0.5, "ceiling": 2.5e9}),
+    "ceiling-map": (
+        rough_surface(),
+        {"load": 0.5, "ceiling": np.linspace(2e9, 4e9, 4096).reshape(64, 64)},
+    ),
+    "ceiling-hardness": (rough_surface(), {"load": 2.0, "material": ALUMINA}),
+    "approach": (rough_surface(), {"approach": 3e-7}),
+    "tilt": (rough_surface(), {"load": 0.2, "moments": (2e-7, -1e-6)}),
     "tilt-elastic": (WIDE, {"load": 0.2, "moments": (2e-7, -1e-6), "ceiling": None}),
     "periodic": (WIDE, {"load": 0.2, "boundary": "periodic"}),
-    "single": (rough(), {"load": 0.2, "precision": "single"}),
-    "masked": (holed().masked(), {"load": 0.2}),
+    "single": (rough_surface(), {"load": 0.2, "precision": "single"}),
+    "masked": (surface_with_holes().masked(), {"load": 0.2}),
     "two-bodies": (
-        rough(),
-        {"load": 0.2, "counter_surface": rough(seed=9), "counter_material": ALUMINA},
+        rough_surface(),
+        {"load": 0.2, "counter_surface": rough_surface(seed=9), "counter_material": ALUMINA},
     ),
-    "tolerance": (rough(), {"load": 0.2, "tolerance": 1e-10}),
-    "unfinished": (rough(), {"load": 0.2, "max_iterations": 2, "on_failure": "return"}),
+    "tolerance": (rough_surface(), {"load": 0.2, "tolerance": 1e-10}),
+    "unfinished": (rough_surface(), {"load": 0.2, "max_iterations": 2, "on_failure": "return"}),
 }
 
 
-def solved(surface: rc.Surface, options: dict[str, Any], folder: Path) -> dict[str, Any]:
+def run_solve(surface: rc.Surface, options: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {"": rc.solve(surface, **MATERIAL | options)}
 
 
-CASES |= {f"py-solve-{name}": functools.partial(solved, *SOLVED[name]) for name in SOLVED}
+CASES |= {f"py-solve-{name}": functools.partial(run_solve, *SOLVED[name]) for name in SOLVED}
 
 
 @case
-def followed(folder: Path) -> dict[str, Any]:
+def run_with_progress(folder: Path) -> dict[str, Any]:
     steps: list[Any] = []
     found = rc.solve(
-        rough(), material=STEEL, load=0.2, progress=lambda at: steps.append(getattr(at, "step", at))
+        rough_surface(),
+        material=STEEL,
+        load=0.2,
+        progress=lambda at: steps.append(getattr(at, "step", at)),
     )
-    warm = rc.solve(rough(), material=STEEL, load=0.25, initial_guess=found)
-    from_array = rc.solve(rough(), material=STEEL, load=0.25, initial_guess=found.pressure)
+    warm = rc.solve(rough_surface(), material=STEEL, load=0.25, initial_guess=found)
+    from_array = rc.solve(rough_surface(), material=STEEL, load=0.25, initial_guess=found.pressure)
     words = {"steps": steps, "spots": found.spots(), "stiffness": found.stiffness()}
     return {"warm": warm, "warm-array": from_array, "elastic": found.elastic(), **words}
 
 
 @case
 def results(folder: Path) -> dict[str, Any]:
-    found = rc.solve(holed().masked(), material=STEEL, load=0.2, counter_material=ALUMINA)
+    found = rc.solve(
+        surface_with_holes().masked(), material=STEEL, load=0.2, counter_material=ALUMINA
+    )
     found.save(folder / "first.nc")
     for suffix in ("nc", "vti", "csv", "json"):
         found.save(folder / f"second.{suffix}")
@@ -317,27 +330,27 @@ def results(folder: Path) -> dict[str, Any]:
 def curve(folder: Path) -> dict[str, Any]:
     loads = [0.02, 0.1, 0.5]
     kept_in = folder / "steps"
-    first = rc.sweep(rough(), material=STEEL, loads=loads[:2], folder=kept_in)
+    first = rc.sweep(rough_surface(), material=STEEL, loads=loads[:2], folder=kept_in)
     try:
-        longer: Any = rc.sweep(rough(), material=STEEL, loads=loads, folder=kept_in)
+        longer: Any = rc.sweep(rough_surface(), material=STEEL, loads=loads, folder=kept_in)
     except rc.RoughcontactError as error:
         longer = f"{type(error).__name__}: {error}"
-    again = rc.sweep(rough(), material=STEEL, loads=loads[:2], folder=kept_in)
-    found = rc.sweep(rough(), material=STEEL, loads=loads, ceiling=None)
+    again = rc.sweep(rough_surface(), material=STEEL, loads=loads[:2], folder=kept_in)
+    found = rc.sweep(rough_surface(), material=STEEL, loads=loads, ceiling=None)
     found.save(folder / "curve.csv")
     found.save(folder / "curve.json")
-    by_approach = rc.sweep(rough(), material=STEEL, approaches=[1e-7, 2e-7, 3e-7])
+    by_approach = rc.sweep(rough_surface(), material=STEEL, approaches=[1e-7, 2e-7, 3e-7])
     return {"": found, "first": first, "longer": longer, "again": again, "approach": by_approach}
 
 
 @case
 def history(folder: Path) -> dict[str, Any]:
-    dx = rough().pixel[1]
+    dx = rough_surface().pixel[1]
     path = [0.5, 0.1, 0.0, rc.Stage(load=0.5, shift=(0.0, 2 * dx)), rc.Stage(approach=2e-7)]
-    found = rc.history(rough(), path, material=STEEL)
+    found = rc.history(rough_surface(), path, material=STEEL)
     found.save(folder / "history.csv")
     found.residual.save(folder / "residual.x3p")
-    return {"": found, "elastic": rc.history(rough(), [0.2, 0.0], material=ALUMINA)}
+    return {"": found, "elastic": rc.history(rough_surface(), [0.2, 0.0], material=ALUMINA)}
 
 
 @case
@@ -361,7 +374,7 @@ def volume(folder: Path) -> dict[str, Any]:
         found.save(folder / f"volume.{suffix}")
     found.report(folder / "volume.html")
     path = rc.solve_elastoplastic(
-        rough((32, 32), 5), loads=[0.1, 0.3, 0.0], boundary="periodic", **options
+        rough_surface((32, 32), 5), loads=[0.1, 0.3, 0.0], boundary="periodic", **options
     )
     return {
         "": found,
@@ -376,7 +389,7 @@ def volume(folder: Path) -> dict[str, Any]:
 def studies(folder: Path) -> dict[str, Any]:
     found = rc.compare_models(ball(32), material=STEEL, loads=[30.0, 60.0], factors=[2.8, 3.0])
     found.save(folder / "models.json")
-    study = rc.resolution_study(rough(), material=STEEL, load=0.2)
+    study = rc.resolution_study(rough_surface(), material=STEEL, load=0.2)
     modulus = [rc.contact_modulus(STEEL, rc.RIGID), rc.contact_modulus(STEEL, ALUMINA)]
     return {
         "models": found,
@@ -387,18 +400,18 @@ def studies(folder: Path) -> dict[str, Any]:
     }
 
 
-def pressed(
+def solve_contacts(
     surface: rc.Surface | None = None, pressures: tuple[float, ...] = (1e7, 5e7), **options: Any
 ) -> list[rc.ContactResult]:
     """Return contacts of a small endless map under several nominal pressures."""
-    surface = surface or rough((32, 32), 5)
+    surface = surface or rough_surface((32, 32), 5)
     options |= {"material": STEEL, "boundary": "periodic"}
     return [rc.solve(surface, load=pressure * SIDE**2, **options) for pressure in pressures]
 
 
 @case
 def leakage(folder: Path) -> dict[str, Any]:
-    contacts = pressed()
+    contacts = solve_contacts()
     found = rc.leakage(contacts, viscosity=1e-3, pressure_difference=1e5)
     for suffix in ("csv", "json"):
         found.save(folder / f"leak.{suffix}")
@@ -417,7 +430,7 @@ def leakage(folder: Path) -> dict[str, Any]:
 
 @case
 def conductance(folder: Path) -> dict[str, Any]:
-    contacts = pressed()
+    contacts = solve_contacts()
     found = rc.conductance(contacts, "42CrMo4", "6061-T6", electrical_film=1e-12, thermal_film=1e-7)
     for suffix in ("csv", "json"):
         found.save(folder / f"conductance.{suffix}")
@@ -426,20 +439,20 @@ def conductance(folder: Path) -> dict[str, Any]:
 
 @case
 def law(folder: Path) -> dict[str, Any]:
-    loading = pressed(pressures=(1e7, 3e7, 9e7))
-    unloading = pressed(rc.indented_surface(loading[-1]), (1e7, 3e7), ceiling=None)
+    loading = solve_contacts(pressures=(1e7, 3e7, 9e7))
+    unloading = solve_contacts(rc.indented_surface(loading[-1]), (1e7, 3e7), ceiling=None)
     found = rc.interface_law(loading, unloading, conductor="42CrMo4", counter_conductor="6061-T6")
     for suffix in ("npz", "csv", "json", "inp", "ccx", "txt"):
         found.save(folder / f"law.{suffix}")
-    maps = (rough((32, 32), seed) for seed in (5, 6))
-    several = [contact for surface in maps for contact in pressed(surface)]
+    maps = (rough_surface((32, 32), seed) for seed in (5, 6))
+    several = [contact for surface in maps for contact in solve_contacts(surface)]
     return {"": found, "of-two-maps": rc.interface_law(several)}
 
 
 @case
-def find(folder: Path) -> dict[str, Any]:
+def run_find(folder: Path) -> dict[str, Any]:
     found = rc.find_load(
-        rough((32, 32), 5),
+        rough_surface((32, 32), 5),
         material=STEEL,
         contact_fraction=[0.02, 0.05],
         saturated_fraction=0.3,
@@ -477,7 +490,7 @@ def estimate(folder: Path) -> dict[str, Any]:
     options: dict[str, Any] = {"material": STEEL, "pressure": 1e8}
     found = rc.estimate(Sq=5e-7, Sdq=0.1, Sal=1.2e-5, **options)
     found.save(folder / "estimate.json")
-    return {"": found, "map": rc.estimate(rough(), **options)}
+    return {"": found, "map": rc.estimate(rough_surface(), **options)}
 
 
 @case
@@ -513,12 +526,12 @@ def profile(folder: Path) -> dict[str, Any]:
 @case
 def comparison(folder: Path) -> dict[str, Any]:
     maps = {
-        "one": [rough((32, 32), n) for n in (1, 2)],
-        "two": [rough((32, 32), n) for n in (3, 4)],
+        "one": [rough_surface((32, 32), n) for n in (1, 2)],
+        "two": [rough_surface((32, 32), n) for n in (3, 4)],
     }
     found = rc.compare(maps, material=STEEL, pressure=5e7, steps=2)
     found.save(folder / "comparison.json")
-    return {"": found, "sampling": rc.sampling_study(rough(), material=STEEL, pressure=5e7)}
+    return {"": found, "sampling": rc.sampling_study(rough_surface(), material=STEEL, pressure=5e7)}
 
 
 REFUSED: dict[str, dict[str, Any]] = {  # options of `solve`
@@ -544,17 +557,19 @@ FAILURES: dict[str, Callable[[], Any]] = {
     "heights": lambda: rc.Surface([1.0, 2.0], (1.0, 1.0)),
     "pixel": lambda: rc.Surface(np.zeros((4, 4)), (1.0, -1.0)),
     "infinite": lambda: rc.Surface(np.full((4, 4), np.inf), (1.0, 1.0)),
-    "holes": lambda: rc.solve(holed(), material=STEEL, load=0.1),
+    "holes": lambda: rc.solve(surface_with_holes(), material=STEEL, load=0.1),
     "missing-file": lambda: rc.read_surface("nowhere.csv"),
-    "form": lambda: rough().without_form("torus"),
-    "level": lambda: rough().leveled("wave"),
-    "crop": lambda: rough().cropped((0, 900), (0, 4)),
-    "filter": lambda: rough().filtered(s=1.0),
-    "save": lambda: rough().save("map.docx"),
-    "loads": lambda: rc.sweep(rough(), material=STEEL, loads=[]),
+    "form": lambda: rough_surface().without_form("torus"),
+    "level": lambda: rough_surface().leveled("wave"),
+    "crop": lambda: rough_surface().cropped((0, 900), (0, 4)),
+    "filter": lambda: rough_surface().filtered(s=1.0),
+    "save": lambda: rough_surface().save("map.docx"),
+    "loads": lambda: rc.sweep(rough_surface(), material=STEEL, loads=[]),
     "stage": lambda: rc.Stage(load=1.0, approach=1.0),
-    "volume": lambda: rc.solve_elastoplastic(rough(), material=ALUMINA, load=1.0),
-    "stress": lambda: rc.subsurface_stress(rc.solve(rough(), material=STEEL, load=0.1), [-1.0]),
+    "volume": lambda: rc.solve_elastoplastic(rough_surface(), material=ALUMINA, load=1.0),
+    "stress": lambda: rc.subsurface_stress(
+        rc.solve(rough_surface(), material=STEEL, load=0.1), [-1.0]
+    ),
 }
 
 
@@ -563,11 +578,11 @@ def errors(folder: Path) -> dict[str, Any]:
     calls = dict(FAILURES)
     for name, options in REFUSED.items():
         all_options = {"material": STEEL, "load": 0.1} | options
-        calls[f"solve-{name}"] = functools.partial(rc.solve, rough(), **all_options)
+        calls[f"solve-{name}"] = functools.partial(rc.solve, rough_surface(), **all_options)
     found = {}
     for name, call in calls.items():
         try:
-            found[name] = f"no error: {plain(call())}"
+            found[name] = f"no error: {json_value(call())}"
         except Exception as error:
             found[name] = f"{type(error).__name__}: {error}"
     return found
@@ -807,7 +822,7 @@ def run_commands(name: str, folder: Path) -> dict[str, Any]:
         )
         out = done.stdout
         if "--json" in command and done.returncode == 0:
-            out = written(json.loads(out))
+            out = value_text(json.loads(out))
         found[f"console-{number}"] = (
             f"$ {command}\nexit status {done.returncode}\n{out}\n--- errors\n{done.stderr}"
         )
@@ -817,7 +832,9 @@ def run_commands(name: str, folder: Path) -> dict[str, Any]:
 # Running, storing and comparing -------------------------------------------------------------------
 
 
-def collected(call: Callable[[], dict[str, Any]], folder: Path, inputs: dict[str, bytes]) -> Items:
+def collect_items(
+    call: Callable[[], dict[str, Any]], folder: Path, inputs: dict[str, bytes]
+) -> Items:
     """Return the normalised text of what a case returns and of the files that it writes."""
     found: list[tuple[str, str, str]] = []
     try:
@@ -830,7 +847,7 @@ def collected(call: Callable[[], dict[str, Any]], folder: Path, inputs: dict[str
     except Exception as error:  # a state of the code that cannot do it is a difference too
         found.append(("failed", "", f"{type(error).__name__}: {error}"))
         print(f"failed: {type(error).__name__}: {error}")
-    return {".".join(filter(None, names)): normal(text, folder) for *names, text in found}
+    return {".".join(filter(None, names)): normalize_text(text, folder) for *names, text in found}
 
 
 def run_all(only: str, place: Path) -> Iterator[tuple[str, Items]]:
@@ -847,7 +864,7 @@ def run_all(only: str, place: Path) -> Iterator[tuple[str, Items]]:
     for name in python:
         folder = place / name
         folder.mkdir()
-        yield name, collected(functools.partial(CASES[name], folder), folder, {})
+        yield name, collect_items(functools.partial(CASES[name], folder), folder, {})
     write_inputs(place)
     inputs = {path.name: path.read_bytes() for path in place.iterdir() if path.is_file()}
     for name in shell:
@@ -857,7 +874,7 @@ def run_all(only: str, place: Path) -> Iterator[tuple[str, Items]]:
     with ThreadPoolExecutor(2) as pool:
         printed = pool.map(lambda name: run_commands(name[4:], place / name), shell)
         for name, values in zip(shell, printed, strict=True):
-            yield name, collected(functools.partial(dict, values), place / name, inputs)
+            yield name, collect_items(functools.partial(dict, values), place / name, inputs)
 
 
 def file_of(folder: Path, name: str, item: str) -> Path:

@@ -66,7 +66,7 @@ COLUMNS: dict[Path, tuple[str, ...]] = {
 COLUMNS[MEASURED] = COLUMNS[CEILING]
 
 
-def stored(place: Path) -> list[dict[str, str]]:
+def read_cases(place: Path) -> list[dict[str, str]]:
     """Return the cases that are in a table; a line that was cut off does not count."""
     if not place.exists():
         return []
@@ -78,7 +78,7 @@ def stored(place: Path) -> list[dict[str, str]]:
         ]
 
 
-def begun(place: Path) -> None:
+def prepare_table(place: Path) -> None:
     """Make a table ready for further lines."""
     place.parent.mkdir(exist_ok=True)
     if not place.exists():
@@ -89,7 +89,7 @@ def begun(place: Path) -> None:
             table.write("\n")
 
 
-def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
+def append_case(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
     """Add a case to its table, in one piece."""
     row = {
         "map": drawn.name,
@@ -110,7 +110,7 @@ def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
 
 def measurements(place: Path, name: str) -> str:
     """Solve the cases of a measured map, if it is in the domain of the formulas."""
-    surface, about = cases.measured(place)
+    surface, about = cases.read_measured(place)
     domain = stored_formulas.load_atlas().domain["ceiling"]
     skewness, kurtosis = float(about["Ssk"]), float(about["Sku"])
     known = {
@@ -131,14 +131,16 @@ def measurements(place: Path, name: str) -> str:
     drawn = cases.Map(name, surface.shape[0], 0.0, waves, 0.0, 0.0, 0.0, np.empty(0))
     for case, (fraction, index) in enumerate(cases.MEASURED_LOADS):
         pressure = cases.pressure_of(fraction, index)
-        keep(MEASURED, drawn, case, about | cases.pressed(surface, pressure, index))
+        append_case(
+            MEASURED, drawn, case, about | cases.solve_ceiling_case(surface, pressure, index)
+        )
     return name
 
 
 def measure(folder: Path) -> None:
     """Solve the cases of all measured maps of a folder, again."""
     MEASURED.unlink(missing_ok=True)
-    begun(MEASURED)
+    prepare_table(MEASURED)
     for place in sorted(folder.iterdir()):
         try:
             print(measurements(place, f"held-{place.stem}"), flush=True)
@@ -146,12 +148,12 @@ def measure(folder: Path) -> None:
             print(f"{place.name} left out: {str(error)[:90]}")
 
 
-def missing(
+def missing_cases(
     place: Path, maps: Iterable[cases.Map], wanted: int
 ) -> list[tuple[cases.Map, set[int]]]:
     """Return the maps of which cases are missing, with those that are there."""
     there: dict[str, set[int]] = {}
-    for row in stored(place):
+    for row in read_cases(place):
         there.setdefault(row["map"], set()).add(int(row["case"]))
     found = [(drawn, there.get(drawn.name, set())) for drawn in maps]
     return [(drawn, done) for drawn, done in found if len(done) < wanted]
@@ -160,7 +162,7 @@ def missing(
 Task = tuple[Path, Callable[..., list[tuple[int, cases.Row]]], cases.Map, set[int]]
 
 
-def to_do(most: int | None) -> list[Task]:
+def missing_tasks(most: int | None) -> list[Task]:
     """Return the missing cases: table, solver, map, and the existing rows."""
     volume, ceiling = cases.volume_maps()[:most], cases.ceiling_maps()[:most]
     tasks: list[Task] = []
@@ -168,8 +170,8 @@ def to_do(most: int | None) -> list[Task]:
         (CEILING, cases.ceilings, ceiling, cases.CASES),
         (VOLUME, cases.volumes, volume, cases.LOADS),
     ):
-        begun(place)
-        tasks += [(place, work, drawn, done) for drawn, done in missing(place, maps, wanted)]
+        prepare_table(place)
+        tasks += [(place, work, drawn, done) for drawn, done in missing_cases(place, maps, wanted)]
     # Those of both models in turns, as they are in their lists.
     tasks.sort(key=lambda task: int(task[2].name[-3:]) / (3 if task[0] == CEILING else 1))
     return tasks
@@ -177,42 +179,46 @@ def to_do(most: int | None) -> list[Task]:
 
 def compute(most: int | None, kind: str, workers: int | None, scheduler: str | None) -> None:
     """Solve what is missing."""
-    with runner.open_project(lambda: to_do(most), len, kind, workers, scheduler) as (engine, tasks):
+    with runner.open_project(lambda: missing_tasks(most), len, kind, workers, scheduler) as (
+        engine,
+        tasks,
+    ):
         working = {
-            engine.executor.submit(cases.within, engine.threads, *task[1:]): task for task in tasks
+            engine.executor.submit(cases.solve_cases, engine.threads, *task[1:]): task
+            for task in tasks
         }
         for number, one in enumerate(as_completed(working), 1):
             place, _, drawn, _ = working[one]
             failure = one.exception()
             for case, row in () if failure else one.result():
-                keep(place, drawn, case, row)
-            told = f"failed: {failure}" if failure else "solved"
-            print(f"{number}/{len(working)} {drawn.name} {told}", flush=True)
+                append_case(place, drawn, case, row)
+            status = f"failed: {failure}" if failure else "solved"
+            print(f"{number}/{len(working)} {drawn.name} {status}", flush=True)
 
 
 def fit() -> None:
     """Fit the formulas to what is stored, write them to the package, and say what they miss."""
     import atlas_fit as fitting
 
-    told: dict[str, Any] = {"formulas": {}, "domain": {}, "held": {}}
+    stored: dict[str, Any] = {"formulas": {}, "domain": {}, "held": {}}
     known: dict[str, stored_formulas.Formula] = {}
     for name, place in (("ceiling", CEILING), ("volume", VOLUME)):
         cases = fitting.read(place)
-        told["domain"][name] = fitting.domain_of(cases)
-        test, rest = cases.taken(cases.held), cases.taken(~cases.held)
+        stored["domain"][name] = fitting.domain_of(cases)
+        test, rest = cases.select(cases.is_held_out), cases.select(~cases.is_held_out)
         for quantity in cases.found:
-            variants = [("", lambda one: one), ("_without_Sal", fitting.unknown)]
+            variants = [("", lambda one: one), ("_without_Sal", fitting.drop_correlation_length)]
             knows_Sal = any("b" in term for term in fitting.TERMS[quantity])
             for suffix, of in variants[: 1 + knows_Sal]:
-                formula = fitting.fitted(quantity, of(rest), with_Sal=not suffix)
-                judged = fitting.judged(formula, of(test))
-                told["formulas"][quantity + suffix] = asdict(formula)
-                told["held"][quantity + suffix] = judged
+                formula = fitting.fit_quantity(quantity, of(rest), with_Sal=not suffix)
+                judged = fitting.evaluate_formula(formula, of(test))
+                stored["formulas"][quantity + suffix] = asdict(formula)
+                stored["held"][quantity + suffix] = judged
                 words = ", ".join(f"{key} {value:.4g}" for key, value in judged.items())
                 print(f"{quantity + suffix}: {words}", flush=True)
                 known[quantity + suffix] = formula
-    told["measured"] = fitting.wider(known, fitting.read(MEASURED))
-    stored_formulas.STORED.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    stored["measured"] = fitting.interval_factor(known, fitting.read(MEASURED))
+    stored_formulas.STORED.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
 
 
 def main() -> None:
@@ -223,12 +229,12 @@ def main() -> None:
     parser.add_argument("--engine", choices=(LOCAL, DASK), default=LOCAL, help="what works")
     parser.add_argument("--workers", type=int, help="processes of this machine")
     parser.add_argument("--scheduler", help="that of a Dask cluster")
-    asked = parser.parse_args()
-    if asked.measured is not None:
-        measure(asked.measured)
+    options = parser.parse_args()
+    if options.measured is not None:
+        measure(options.measured)
     else:
-        if not asked.fit:
-            compute(asked.maps, asked.engine, asked.workers, asked.scheduler)
+        if not options.fit:
+            compute(options.maps, options.engine, options.workers, options.scheduler)
         fit()
     # The figures of the page are made from the same cases when it is built.
     import atlas_page

@@ -87,7 +87,9 @@ class Map:
 def maps() -> list[Map]:
     """Return the maps of the ceiling model."""
     return [
-        _drawn(f"{role}-{number:03d}", draw, POINTS * (1 if number % LARGE else 2), (6.0, 14.0))
+        _random_map(
+            f"{role}-{number:03d}", draw, POINTS * (1 if number % LARGE else 2), (6.0, 14.0)
+        )
         for role, count in MAPS.items()
         for number, draw in enumerate(_draws(role, count, 5 + 2 * CASES))
     ]
@@ -96,7 +98,9 @@ def maps() -> list[Map]:
 def broad_maps() -> list[Map]:
     """Return further maps of the ceiling model: broader spectra, stronger lays, more skewness."""
     return [
-        _drawn(f"broad-{role}-{number:03d}", draw, POINTS, (3.0, 6.0), span=3.4, skewed=(-1.5, 1.5))
+        _random_map(
+            f"broad-{role}-{number:03d}", draw, POINTS, (3.0, 6.0), span=3.4, skewed=(-1.5, 1.5)
+        )
         for role, count in BROAD.items()
         for number, draw in enumerate(_draws(role, count, 6 + 2 * CASES))
     ]
@@ -105,8 +109,10 @@ def broad_maps() -> list[Map]:
 def tailed_maps() -> list[Map]:
     """Return further maps of the ceiling model: any kurtosis from 2 to 10."""
     return [
-        _tailed(
-            _drawn(f"tails-{role}-{number:03d}", draw[1:], POINTS, (4.0, 12.0), 3.4, (-1.5, 1.5)),
+        _map_with_kurtosis(
+            _random_map(
+                f"tails-{role}-{number:03d}", draw[1:], POINTS, (4.0, 12.0), 3.4, (-1.5, 1.5)
+            ),
             draw[0],
         )
         for role, count in TAILS.items()
@@ -114,7 +120,7 @@ def tailed_maps() -> list[Map]:
     ]
 
 
-def _tailed(drawn: Map, share: float) -> Map:
+def _map_with_kurtosis(drawn: Map, share: float) -> Map:
     """Return a map with a given kurtosis, from nearly the least possible to 10."""
     least = max(1.9, height_distribution.least_kurtosis(drawn.Ssk) + 1.5 * height_distribution.STEP)
     return replace(drawn, Sku=float(least * (10 / least) ** share))
@@ -128,7 +134,7 @@ def ceiling_maps() -> list[Map]:
 def volume_maps() -> list[Map]:
     """Return the maps of the volume model."""
     return [
-        _drawn(
+        _random_map(
             f"volume-{role}-{number:03d}",
             draw,
             VOLUME_POINTS * (1 if number % VOLUME_LARGE else 2),
@@ -149,7 +155,7 @@ def _draws(role: str, count: int, width: int) -> Array:
     return evenly
 
 
-def _drawn(
+def _random_map(
     name: str,
     draw: Array,
     points: int,
@@ -173,7 +179,7 @@ def _drawn(
     )
 
 
-def made(drawn: Map) -> Surface:
+def generate_map(drawn: Map) -> Surface:
     """Return a map with the RMS gradient `GRADIENT`: one without a lay, stretched along x."""
     pixel = SIDE / drawn.points
     alike = rc.generate(
@@ -192,7 +198,7 @@ def made(drawn: Map) -> Surface:
     return rc.Surface(alike.heights * (GRADIENT / slope), stretched)
 
 
-def described(surface: Surface) -> Row:
+def parameters_of(surface: Surface) -> Row:
     """Return the parameters of a map on which the formulas may depend."""
     values = surface.roughness()
     Sq = values["Sq"]
@@ -230,14 +236,14 @@ def moments(surface: Surface) -> tuple[float, float]:
 
 def loads(drawn: Map) -> list[tuple[float, float]]:
     """Return the loads of a map: pairs of p̄/(E* h′) and E* h′/σ_Y, 0 without a ceiling."""
-    asked = []
+    pairs = []
     for first, second in drawn.draws[: 2 * CASES].reshape(-1, 2):
         index = 0.0
         if second > ELASTIC:
             index = INDEX[0] * (INDEX[1] / INDEX[0]) ** ((second - ELASTIC) / (1 - ELASTIC))
         wanted = CONTACT[0] * (CONTACT[1] / CONTACT[0]) ** first
-        asked.append((pressure_of(wanted, index), index))
-    return asked
+        pairs.append((pressure_of(wanted, index), index))
+    return pairs
 
 
 def pressure_of(fraction: float, index: float) -> float:
@@ -253,7 +259,7 @@ def pressure_of(fraction: float, index: float) -> float:
     return math.exp(brentq(excess, -20.0, most))
 
 
-def pressed(surface: Surface, pressure: float, index: float) -> Row:
+def solve_ceiling_case(surface: Surface, pressure: float, index: float) -> Row:
     """Return the results of the ceiling model, on all points and on every second one."""
     found: Row = {"pressure": pressure, "index": index}
     stress = MODULUS * roughness.rms_gradient(surface.heights, surface.pixel)
@@ -278,7 +284,7 @@ def pressed(surface: Surface, pressure: float, index: float) -> Row:
     return found
 
 
-def measured(place: Path) -> tuple[Surface, Row]:
+def read_measured(place: Path) -> tuple[Surface, Row]:
     """Return a measured map, leveled, filled and without waves below eight pixels, and about it.
 
     It is continued by its mirror images, so that nothing jumps where it is taken as periodic.
@@ -286,7 +292,7 @@ def measured(place: Path) -> tuple[Surface, Row]:
     surface = rc.read_surface(place).leveled()
     surface = surface.filled() if surface.missing else surface
     surface = surface.filtered(SHORTEST * max(surface.pixel), None)
-    about = described(surface)
+    about = parameters_of(surface)
     if math.isnan(float(about["Str"])):
         about["Str"] = surface.roughness()["Str_max"]
     about["waves"] = min(surface.size) / surface.roughness()["Sal"]
@@ -303,10 +309,10 @@ MEASURED_LOADS = [
 
 def ceilings(drawn: Map, done: set[int]) -> list[tuple[int, Row]]:
     """Return the cases of a map that are missing, by their numbers."""
-    surface = made(drawn)
-    about = described(surface)
+    surface = generate_map(drawn)
+    about = parameters_of(surface)
     return [
-        (case, about | pressed(surface, *load))
+        (case, about | solve_ceiling_case(surface, *load))
         for case, load in enumerate(loads(drawn))
         if case not in done
     ]
@@ -324,7 +330,7 @@ def path(drawn: Map) -> tuple[list[float], float, float]:
     return [last / RATIO**step for step in range(LOADS)][::-1], index, hardening
 
 
-def yielded(surface: Surface, drawn: Map) -> list[Row]:
+def solve_volume_cases(surface: Surface, drawn: Map) -> list[Row]:
     """Return the results of the volume model at every load of the path."""
     pressures, index, hardening = path(drawn)
     stress = MODULUS * roughness.rms_gradient(surface.heights, surface.pixel)
@@ -338,9 +344,9 @@ def yielded(surface: Surface, drawn: Map) -> list[Row]:
         boundary="periodic",
         increments=1,
     )
-    asked = [pressure * stress * area for pressure in pressures]
+    pairs = [pressure * stress * area for pressure in pressures]
     rows: list[Row] = []
-    for pressure, load in zip(pressures, asked, strict=True):
+    for pressure, load in zip(pressures, pairs, strict=True):
         step = min(result.increments, key=lambda one: abs(one.load - load))
         rows.append(
             {
@@ -357,16 +363,16 @@ def yielded(surface: Surface, drawn: Map) -> list[Row]:
 
 def volumes(drawn: Map, done: set[int]) -> list[tuple[int, Row]]:
     """Return the loads of a map with plasticity of the volume that are missing: all of a path."""
-    surface = made(drawn)
-    about = described(surface)
-    rows = enumerate(yielded(surface, drawn))
+    surface = generate_map(drawn)
+    about = parameters_of(surface)
+    rows = enumerate(solve_volume_cases(surface, drawn))
     return [(case, about | row) for case, row in rows if case not in done]
 
 
 # --- on a worker
 
 
-def within(
+def solve_cases(
     threads: int, work: Callable[..., list[tuple[int, Row]]], drawn: Map, done: set[int]
 ) -> list[tuple[int, Row]]:
     """Return the missing cases of a map, by `ceilings` or `volumes`, solved on several cores."""

@@ -49,7 +49,7 @@ TERMS = {
 _LOSS = {CONTACT: 0.03, SATURATED: 0.01, GAP: 0.03, VOLUME: 0.05}
 _PARTS = 5
 # Plasticity index from which the plastic volume is given.
-_LEAST_INDEX = 3.0
+_MIN_INDEX = 3.0
 # Share of the cases that the width of the intervals is taken from: more than `LEVEL`, as the cases
 # of a map are correlated, and some tens of maps determine the share to a few percent only.
 _CAUTIOUS = 0.95
@@ -78,7 +78,7 @@ class Cases:
     found: dict[str, Array]
     table: dict[str, Array]
 
-    def taken(self, chosen: Any) -> Cases:
+    def select(self, chosen: Any) -> Cases:
         return Cases(
             self.maps[chosen],
             self.groups.select(chosen),
@@ -87,7 +87,7 @@ class Cases:
         )
 
     @property
-    def held(self) -> NDArray[np.bool_]:
+    def is_held_out(self) -> NDArray[np.bool_]:
         """Those of maps that take no part."""
         return np.char.find(self.maps, "held") >= 0
 
@@ -97,7 +97,7 @@ def read(place: Path) -> Cases:
     with place.open(newline="") as lines:
         rows = [row for row in csv.DictReader(lines) if None not in row.values()]
     # Below first yield there is no plastic volume, and close to it hardly one that grids resolve.
-    rows = [row for row in rows if "volume" not in row or float(row["index"]) >= _LEAST_INDEX]
+    rows = [row for row in rows if "volume" not in row or float(row["index"]) >= _MIN_INDEX]
     rows = [row for row in rows if float(row.get("volume", 1)) > 0]
     table = {
         name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name != "map"
@@ -119,20 +119,20 @@ def read(place: Path) -> Cases:
         # Share that carries the load at the ceiling at most, and share that can be at it.
         bound = groups.pressure * groups.ratio
         found = {
-            CONTACT: np.maximum(extrapolated(table, "contact"), bound),
-            SATURATED: np.minimum(extrapolated(table, "saturated"), bound),
+            CONTACT: np.maximum(extrapolate(table, "contact"), bound),
+            SATURATED: np.minimum(extrapolate(table, "saturated"), bound),
             GAP: table["gap"] / table["height"],
         }
     return Cases(np.array([row["map"] for row in rows]), groups, found, table)
 
 
-def extrapolated(table: dict[str, Array], name: str) -> Array:
+def extrapolate(table: dict[str, Array], name: str) -> Array:
     """Return the limit of a vanishing pixel: errors are proportional to the pixel."""
     fine, coarse = table[name], table[f"{name}_coarse"]
     return np.where(fine > 0, np.maximum(2 * fine - coarse, fine / 2), 0.0)
 
 
-def fitted(quantity: str, cases: Cases, with_Sal: bool = True) -> Formula:
+def fit_quantity(quantity: str, cases: Cases, with_Sal: bool = True) -> Formula:
     """Return the formula for a quantity, with its scatter."""
     terms = tuple(term for term in TERMS[quantity] if with_Sal or "b" not in term)
     groups = cases.groups
@@ -141,20 +141,20 @@ def fitted(quantity: str, cases: Cases, with_Sal: bool = True) -> Formula:
     usable = np.isfinite(formulas_design(quantity, terms, groups)).all(axis=1)
     groups, found = groups.select(usable), cases.found[quantity][usable]
     maps = cases.maps[usable]
-    whole = solved(quantity, terms, groups, found)
+    whole = solve_least_squares(quantity, terms, groups, found)
     missed = np.empty_like(found)
     for train, test in parts(maps):
-        one = solved(quantity, terms, groups.select(train), found[train])
+        one = solve_least_squares(quantity, terms, groups.select(train), found[train])
         part = groups.select(test)
         missed[test] = one.overestimate(one.value(part), found[test])
-    return scattered(whole, groups, missed)
+    return add_scatter(whole, groups, missed)
 
 
 def formulas_design(quantity: str, terms: tuple[str, ...], groups: DimensionlessGroups) -> Array:
     return Formula(quantity, KNEES[quantity], terms, ()).design(groups)
 
 
-def solved(
+def solve_least_squares(
     quantity: str, terms: tuple[str, ...], groups: DimensionlessGroups, found: Array
 ) -> Formula:
     """Return a formula by least squares."""
@@ -181,7 +181,7 @@ def parts(maps: NDArray[np.str_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[n
         yield ~test, test
 
 
-def scattered(formula: Formula, groups: DimensionlessGroups, missed: Array) -> Formula:
+def add_scatter(formula: Formula, groups: DimensionlessGroups, missed: Array) -> Formula:
     """Return a formula with the scatter of what it missed on maps that it had not seen."""
     formula = replace(formula, scatter_terms=_SCATTER[formula.quantity])
     # Where nothing or all is saturated the theory is exact, and says nothing of the rest.
@@ -216,13 +216,13 @@ def domain_of(cases: Cases) -> dict[str, tuple[float, float]]:
     return found | {"texture": (found["texture"][0], 1.0)}
 
 
-def unknown(cases: Cases) -> Cases:
+def drop_correlation_length(cases: Cases) -> Cases:
     """Return cases of surfaces of which Sal is not known."""
     groups = replace(cases.groups, breadth=np.full_like(cases.groups.pressure, np.nan))
     return replace(cases, groups=groups)
 
 
-def wider(fitted: dict[str, Formula], cases: Cases) -> float:
+def interval_factor(fitted: dict[str, Formula], cases: Cases) -> float:
     """Return by how much the intervals have to be wider to hold measured cases."""
     shares = []
     for quantity, found in cases.found.items():
@@ -234,7 +234,7 @@ def wider(fitted: dict[str, Formula], cases: Cases) -> float:
     return float(f"{max(np.quantile(share, _CAUTIOUS) for share in shares):.2g}")
 
 
-def judged(formula: Formula, cases: Cases, wider: float = 1.0) -> dict[str, float]:
+def evaluate_formula(formula: Formula, cases: Cases, wider: float = 1.0) -> dict[str, float]:
     """Return how far a formula is off on cases, and how many its interval holds."""
     groups = cases.groups
     found = cases.found[formula.quantity]

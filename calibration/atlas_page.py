@@ -19,14 +19,14 @@ NAMES = {
 }
 
 
-def held() -> str:
+def validation_table() -> str:
     """Return the errors of the formulas on maps that took no part in the fit."""
-    told = json.loads(stored_formulas.STORED.read_text(encoding="utf-8"))["held"]
+    errors = json.loads(stored_formulas.STORED.read_text(encoding="utf-8"))["held"]
     lines = [
         "| quantity | cases held out | median | nine in ten | covered | half width |",
         "|---|---|---|---|---|---|",
     ]
-    for key, judged in told.items():
+    for key, judged in errors.items():
         name, _, without = key.partition("_without")
         digits = 2 if name == "saturated" else 1
         numbers = (judged[part] for part in ("median", "nine_in_ten", "covered", "half_width"))
@@ -39,7 +39,7 @@ def held() -> str:
     return "\n".join(lines)
 
 
-def measured(place: Path) -> str:
+def measured_table(place: Path) -> str:
     """Return the errors of the formulas on measured maps, the median over the cases of each."""
     cases = atlas_fit.read(place)
     lines = [
@@ -49,9 +49,9 @@ def measured(place: Path) -> str:
     ]
     atlas = stored_formulas.load_atlas()
     for name in np.unique(cases.maps):
-        one = cases.taken(cases.maps == name)
+        one = cases.select(cases.maps == name)
         area, gap = (
-            atlas_fit.judged(atlas.formula(quantity, True), one, atlas.measured)
+            atlas_fit.evaluate_formula(atlas.formula(quantity, True), one, atlas.measured)
             for quantity in ("contact", "gap")
         )
         about = (one.table[key][0] for key in ("rolloff", "breadth", "Str", "Ssk", "Sku"))
@@ -66,7 +66,7 @@ def measured(place: Path) -> str:
 
 def tables(place: Path) -> dict[str, str]:
     """Return the tables of the page by the names of their marks."""
-    return {"held": held(), "measured": measured(place)}
+    return {"held": validation_table(), "measured": measured_table(place)}
 
 
 def write(place: Path) -> None:

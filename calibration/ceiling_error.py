@@ -85,7 +85,7 @@ def jackson_green_area(ratio: float) -> float:
     strain = 1e9 * (1 - POISSON**2) / YOUNG
     c, b = 1.295 * math.exp(0.736 * POISSON), 0.14 * math.exp(23 * strain)
 
-    def carried(w: float) -> float:
+    def load_ratio(w: float) -> float:
         if w < 1.9:
             return float(w**1.5)
         slope = math.pi * c * strain / 2 * math.sqrt(w) * (w / 1.9) ** (b / 2)
@@ -93,7 +93,7 @@ def jackson_green_area(ratio: float) -> float:
         soft = math.exp(-0.25 * w ** (5 / 12)) * w**1.5
         return float(soft + 4 * hardness / c * (1 - math.exp(-(w ** (5 / 9)) / 25)) * w)
 
-    w = brentq(lambda w: carried(w) - ratio, 1e-3, 1e4)
+    w = brentq(lambda w: load_ratio(w) - ratio, 1e-3, 1e4)
     return float(w * max(w / 1.9, 1) ** b)
 
 
@@ -111,7 +111,7 @@ def sphere(
     return rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * RADIUS), pixel), body, ratio * first
 
 
-def rough(
+def rough_case(
     law: Hardening, index: float, seed: int, points: int = 64
 ) -> tuple[rc.Surface, rc.Material]:
     """Return a self-affine period with this plasticity index, its shortest wave eight pixels."""
@@ -128,7 +128,9 @@ def rough(
     return rc.Surface(heights * slope / roughness.rms_gradient(heights, pixel), pixel), body
 
 
-def recommended(both: rc.results.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
+def recommended_errors(
+    both: rc.results.ModelComparison, place: int, boundary: str
+) -> dict[str, Any]:
     """Return the recommended ceiling, and its errors."""
     usual = both.ceiling[both.factors.index(3.0)][place]
     again = rc.solve(
@@ -153,7 +155,7 @@ def recommended(both: rc.results.ModelComparison, place: int, boundary: str) -> 
     }
 
 
-def measured(both: rc.results.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
+def ceiling_errors(both: rc.results.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
     """Return the errors of all ceilings at one load."""
     state = both.volume[place]
     modulus = state.contact.contact_modulus
@@ -167,7 +169,7 @@ def measured(both: rc.results.ModelComparison, place: int, boundary: str) -> dic
             "pressure_map": both.map_error()[:, place].tolist(),
         },
         "best_factor": {name: float(both.best_factor(name)[place]) for name in QUANTITIES},
-        "calibrated": recommended(both, place, boundary),
+        "calibrated": recommended_errors(both, place, boundary),
     }
 
 
@@ -193,8 +195,8 @@ def spheres(quick: bool) -> list[dict[str, Any]]:
             both = rc.compare_models(
                 surface, material=body, increments=1, loads=path, factors=FACTORS
             )
-            found = measured(both, len(path) - 1, "free")
-            show(f"{name} sphere, P/P_c = {ratio:g}", found)
+            found = ceiling_errors(both, len(path) - 1, "free")
+            print_case(f"{name} sphere, P/P_c = {ratio:g}", found)
             rows.append({"law": name, "load_ratio": ratio, **found})
     return rows
 
@@ -205,7 +207,7 @@ def maps(quick: bool) -> list[dict[str, Any]]:
     for name, law in LAWS.items():
         for index in [20] if quick else INDICES[name]:
             for seed in (0,) if quick else (0, 1):
-                surface, body = rough(law, index, seed, 32 if quick else 64)
+                surface, body = rough_case(law, index, seed, 32 if quick else 64)
                 area = surface.size[0] * surface.size[1]
                 path = [nominal * law.initial * area for nominal in NOMINAL]
                 both = rc.compare_models(
@@ -217,14 +219,14 @@ def maps(quick: bool) -> list[dict[str, Any]]:
                     boundary="periodic",
                 )
                 for place, nominal in enumerate(NOMINAL):
-                    found = measured(both, place, "periodic")
+                    found = ceiling_errors(both, place, "periodic")
                     case = {"law": name, "index": index, "seed": seed, "nominal": nominal}
                     rows.append({**case, **found})
-                    show(f"{name} map, E*h'/σ_Y = {index}, p̄/σ_Y = {nominal}", found)
+                    print_case(f"{name} map, E*h'/σ_Y = {index}, p̄/σ_Y = {nominal}", found)
     return rows
 
 
-def show(words: str, found: dict[str, Any]) -> None:
+def print_case(words: str, found: dict[str, Any]) -> None:
     """Print one case in a line."""
     three, advice = FACTORS.index(3.0), found["calibrated"]
     print(
@@ -294,7 +296,7 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
     return {"spheres": "\n".join(spheres), "maps": "\n".join(maps)}
 
 
-def stored() -> dict[str, Any]:
+def read_stored() -> dict[str, Any]:
     """Return the stored file."""
     found: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
     return found
@@ -303,7 +305,7 @@ def stored() -> dict[str, Any]:
 def write_page() -> None:
     """Write the tables into the page."""
     text = PAGE.read_text(encoding="utf-8")
-    for name, table in tables(stored()).items():
+    for name, table in tables(read_stored()).items():
         start, end = MARKS[name]
         before, after = text.index(start) + len(start), text.index(end)
         text = text[:before] + "\n" + table + "\n" + text[after:]
@@ -315,14 +317,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--write", action="store_true", help=f"write {STORED.name}")
     parser.add_argument("--quick", action="store_true", help="a few cases on coarse grids")
-    given = parser.parse_args()
-    if given.quick and given.write:
+    options = parser.parse_args()
+    if options.quick and options.write:
         parser.error("--quick measures nothing that should be kept: leave out --write")
     began = time.perf_counter()
-    balls, surfaces = spheres(given.quick), maps(given.quick)
+    balls, surfaces = spheres(options.quick), maps(options.quick)
     seconds = time.perf_counter() - began
     print(f"{seconds:.0f} s")
-    if given.write:
+    if options.write:
         three = FACTORS.index(3.0)
         for row in surfaces:
             row["errors"] = {name: [values[three]] for name, values in row["errors"].items()}
@@ -333,21 +335,21 @@ def main() -> None:
             "spheres": balls,
             "maps": surfaces,
         }
-        text = json.dumps(rounded(found), ensure_ascii=False)
+        text = json.dumps(round_values(found), ensure_ascii=False)
         # One row a line.
         STORED.write_text(text.replace('{"law"', '\n{"law"') + "\n", encoding="utf-8")
         write_page()
 
 
-def rounded(value: Any, digits: int = 3) -> Any:
+def round_values(value: Any, digits: int = 3) -> Any:
     """Return numbers, lists and dictionaries of them with a number of digits, for JSON."""
     if isinstance(value, float):
         # JSON has no NaN.
         return None if math.isnan(value) else float(f"{value:.{digits}g}")
     if isinstance(value, dict):
-        return {name: rounded(item, digits) for name, item in value.items()}
+        return {name: round_values(item, digits) for name, item in value.items()}
     if isinstance(value, list):
-        return [rounded(item, digits) for item in value]
+        return [round_values(item, digits) for item in value]
     return value
 
 

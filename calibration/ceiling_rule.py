@@ -114,7 +114,7 @@ class Case:
         }
 
 
-def growing(last: float, step: float) -> list[float]:
+def geometric_loads(last: float, step: float) -> list[float]:
     """Return loads that grow in equal ratios of about this step."""
     count = math.ceil(math.log(FIRST) / math.log(step))
     return [last * FIRST ** (number / count - 1) for number in range(count + 1)]
@@ -142,7 +142,7 @@ def sphere(
     pixel = 4.6 * radius / points
     y, x = ((np.arange(points) - (points - 1) / 2 + off) * pixel for off in OFF)
     surface = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * RADIUS), (pixel, pixel))
-    path = growing(ratio * first, step)
+    path = geometric_loads(ratio * first, step)
     return Case(names, surface, material, path, nearest(path, PARTS), counter, first=first)
 
 
@@ -155,7 +155,7 @@ def line(nu: float, index: float, points: int = 192) -> Case:
     x = (np.arange(points) - (points - 1) / 2 + OFF[0]) * pixel
     surface = rc.Surface(np.tile(-(x**2) / (2 * RADIUS), (8, 1)), (pixel, pixel))
     mean = {10: 2.1, 20: 2.5}[int(index)] * STRENGTH
-    path = growing(mean * 2 * half * surface.size[0], STEP)
+    path = geometric_loads(mean * 2 * half * surface.size[0], STEP)
     return Case(
         {"kind": "line", "poisson": nu, "index": index},
         surface,
@@ -166,7 +166,7 @@ def line(nu: float, index: float, points: int = 192) -> Case:
     )
 
 
-def rough(nu: float, index: float, points: int = 64, seed: int = 0) -> Case:
+def rough_case(nu: float, index: float, points: int = 64, seed: int = 0) -> Case:
     """Return a self-affine period with this plasticity index E* h'/σ_Y."""
     pixel = (1e-6, 1e-6)
     heights = random_surfaces.self_affine(
@@ -196,11 +196,11 @@ def periodic(names: dict[str, Any], heights: Any, nominal: list[float], seen: li
     )
 
 
-def confined(points: int = 64) -> Iterator[Case]:
+def confined_cases(points: int = 64) -> Iterator[Case]:
     """Yield the periodic maps on which neighboring spots confine each other."""
     for nu, index, seed in CONFINED:
         names = {"kind": "confined", "poisson": nu, "index": index, "seed": seed}
-        yield periodic(names, rough(nu, index, points, seed).surface.heights, HIGH, HIGH_SEEN)
+        yield periodic(names, rough_case(nu, index, points, seed).surface.heights, HIGH, HIGH_SEEN)
     wave = np.cos(2 * np.pi * np.arange(points) / points)
     for index in BISINUSOIDAL:
         names = {"kind": "bi-sinusoidal", "poisson": 0.3, "index": index, "seed": None}
@@ -215,7 +215,7 @@ def cases(quick: bool) -> Iterator[Case]:
             points = 32 if quick else 44
             yield sphere(ratio, material, points=points, kind="sphere", poisson=nu)
     if quick:
-        yield rough(0.3, 12, 32)
+        yield rough_case(0.3, 12, 32)
         return
     for nu, ratio in ((0.3, 8), (0.3, 40), (0.0, 40), (0.3, 200)):
         material = rc.Material(YOUNG, nu, STRENGTH)
@@ -226,9 +226,9 @@ def cases(quick: bool) -> Iterator[Case]:
     for nu, index in LINES:
         yield line(nu, index)
     for nu, index in MAPS:
-        yield rough(nu, index)
-    yield rough(0.3, 12, 96, seed=1)
-    yield from confined()
+        yield rough_case(nu, index)
+    yield rough_case(0.3, 12, 96, seed=1)
+    yield from confined_cases()
 
 
 def plastic_work(state: ElastoplasticResult) -> float:
@@ -240,7 +240,7 @@ def plastic_work(state: ElastoplasticResult) -> float:
     return found
 
 
-def followed(case: Case) -> Iterator[dict[str, Any]]:
+def volume_results(case: Case) -> Iterator[dict[str, Any]]:
     """Yield what plasticity of the volume gives at the loads that are compared."""
     state = None
     for number, load in enumerate(case.path):
@@ -250,9 +250,9 @@ def followed(case: Case) -> Iterator[dict[str, Any]]:
         if number in case.seen:
             yield {
                 **case.names,
-                "last": _known(case.path[-1] / case.first),
+                "last": _finite_or_none(case.path[-1] / case.first),
                 "load": load,
-                "load_ratio": _known(load / case.first),
+                "load_ratio": _finite_or_none(load / case.first),
                 "area": state.perimeter_corrected_area,
                 "approach": state.solution.approach,
                 "depth": float(state.residual_displacement.max()),
@@ -260,37 +260,37 @@ def followed(case: Case) -> Iterator[dict[str, Any]]:
             }
 
 
-def _known(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
-def judged(case: Case, volume: dict[str, Any]) -> dict[str, Any]:
+def compare_ceilings(case: Case, volume: dict[str, Any]) -> dict[str, Any]:
     """Return the results of both ceilings and of the volume model."""
     row = dict(volume)
     for name in ("auto", "calibrated"):
         # Three yield strengths cannot carry a higher nominal pressure.
         with contextlib.suppress(rc.CapacityError):
-            row[name] = under(case, volume, name)
+            row[name] = ceiling_ratio(case, volume, name)
     return row
 
 
-def under(case: Case, volume: dict[str, Any], ceiling: str) -> dict[str, float]:
+def ceiling_ratio(case: Case, volume: dict[str, Any], ceiling: str) -> dict[str, float]:
     """Return the ratio of a ceiling result to that of the volume model."""
     found = rc.solve(case.surface, load=volume["load"], ceiling=ceiling, **case.bodies)
     left = found.residual_indentation
     energy = float((found.pressure * left).sum()) * found.pixel_area
-    told = {
+    row = {
         "area": found.perimeter_corrected_area / volume["area"] - 1,
         "approach": found.approach / volume["approach"] - 1,
         "depth": float(left.max()) / volume["depth"],
         "energy": energy / volume["energy"],
     }
     if found.calibration is not None:
-        told |= {"factor": found.calibration.factor, "judged": found.calibration.load_ratio}
-    return told
+        row |= {"factor": found.calibration.factor, "judged": found.calibration.load_ratio}
+    return row
 
 
-def fitted(rows: list[dict[str, Any]]) -> list[float]:
+def fit_constants(rows: list[dict[str, Any]]) -> list[float]:
     """Return the constants of `yielding_sphere.mean_pressure` that fit the spheres best.
 
     Smaller steps of the load raise the mean pressure; it is taken to the limit of none.
@@ -319,7 +319,7 @@ def fitted(rows: list[dict[str, Any]]) -> list[float]:
 def refinement(rows: list[dict[str, Any]]) -> float:
     """Return by which part the mean pressure would rise from the steps taken to none."""
     found = [
-        _at(rows, row["poisson"], row["load_ratio"])["area"] / row["area"] - 1
+        _sphere_row(rows, row["poisson"], row["load_ratio"])["area"] / row["area"] - 1
         for row in rows
         if row["kind"] == "finer" and row["load_ratio"] > 0.99 * row["last"]
     ]
@@ -332,21 +332,21 @@ def refinement(rows: list[dict[str, Any]]) -> float:
 
 def percents(*errors: float) -> str:
     """Return relative errors as cells of a table."""
-    told = (f"{100 * error:+.0f}\N{NO-BREAK SPACE}%".replace("-", "−") for error in errors)
-    return " | ".join(told)
+    errors_text = (f"{100 * error:+.0f}\N{NO-BREAK SPACE}%".replace("-", "−") for error in errors)
+    return " | ".join(errors_text)
 
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     """Return the tables of the page of assumptions."""
     return {
         "rule": _rule(rows),
-        "shown": _shown(rows),
-        "confined": _confined(rows),
+        "shown": _sphere_table(rows),
+        "confined": _confined_table(rows),
         "imprint": _imprint(rows),
     }
 
 
-def _at(rows: list[dict[str, Any]], poisson: float, ratio: float) -> dict[str, Any]:
+def _sphere_row(rows: list[dict[str, Any]], poisson: float, ratio: float) -> dict[str, Any]:
     known = [r for r in rows if r["kind"] == "sphere" and r["poisson"] == poisson]
     return min(known, key=lambda r: abs(math.log(r["load_ratio"] / ratio)))
 
@@ -355,7 +355,7 @@ def _rule(rows: list[dict[str, Any]]) -> str:
     lines = ["| ν | P/P_c | p̄/σ_Y | factor | area at 3 | area | approach |", "|" + "---|" * 7]
     for poisson in FITTED:
         for ratio in LOADS:
-            row = _at(rows, poisson, ratio)
+            row = _sphere_row(rows, poisson, ratio)
             mean = row["load"] / row["area"] / STRENGTH
             three, advised = row["auto"], row["calibrated"]
             lines.append(
@@ -365,7 +365,7 @@ def _rule(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def _shown(rows: list[dict[str, Any]]) -> str:
+def _sphere_table(rows: list[dict[str, Any]]) -> str:
     lines = ["| contact | ν | P/P_c | factor | area at 3 | area | approach |", "|" + "---|" * 7]
     for name, row in last_of_each(rows):
         three, advised = row["auto"], row["calibrated"]
@@ -387,7 +387,7 @@ def last_of_each(rows: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, An
             yield names.get(row["kind"], row["kind"]).format(row.get("index")), row
 
 
-def _confined(rows: list[dict[str, Any]]) -> str:
+def _confined_table(rows: list[dict[str, Any]]) -> str:
     heads = [
         f"{head} {nominal:g}" for nominal in SHOWN_NOMINAL for head in ("contact at", "error at")
     ]
@@ -410,21 +410,23 @@ def _imprint(rows: list[dict[str, Any]]) -> str:
         "| depth | energy |",
         "|" + "---|" * 7,
     ]
-    spheres = [("sphere", _at(rows, 0.3, ratio)) for ratio in (8, 20, 40, 96, 200)]
-    spheres += [(f"sphere, ν = {nu:g}", _at(rows, nu, 40)) for nu in (0.0, 0.15, 0.45, 0.49)]
+    spheres = [("sphere", _sphere_row(rows, 0.3, ratio)) for ratio in (8, 20, 40, 96, 200)]
+    spheres += [
+        (f"sphere, ν = {nu:g}", _sphere_row(rows, nu, 40)) for nu in (0.0, 0.15, 0.45, 0.49)
+    ]
     maps = [(name, row) for name, row in last_of_each(rows) if row["kind"] == "map"]
     for name, row in [*spheres, *maps]:
         three, advised = row["auto"], row["calibrated"]
-        told = " | ".join(
+        cells = " | ".join(
             f"{one[what]:.2f}" for one in (three, advised) for what in ("depth", "energy")
         )
         where = name if row["kind"] == "sphere" else f"{name}, ν = {row['poisson']:g}"
         ratio = float(f"{advised['judged']:.2g}")
-        lines.append(f"| {where} | {ratio:g} | {3 / advised['factor']:.2f} | {told} |")
+        lines.append(f"| {where} | {ratio:g} | {3 / advised['factor']:.2f} | {cells} |")
     return "\n".join(lines)
 
 
-def stored() -> dict[str, Any]:
+def read_stored() -> dict[str, Any]:
     """Return the stored file."""
     found: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
     return found
@@ -432,22 +434,22 @@ def stored() -> dict[str, Any]:
 
 def write(rows: list[dict[str, Any]]) -> None:
     """Write the numbers, one row a line, and the tables of the page."""
-    found = {"version": rc.__version__, "fit": fitted(rows), "rows": rows}
-    text = json.dumps(ceiling_error.rounded(found, 5), ensure_ascii=False)
+    found = {"version": rc.__version__, "fit": fit_constants(rows), "rows": rows}
+    text = json.dumps(ceiling_error.round_values(found, 5), ensure_ascii=False)
     STORED.write_text(text.replace('{"kind"', '\n{"kind"') + "\n", encoding="utf-8")
     page = PAGE.read_text(encoding="utf-8")
-    for name, table in tables(stored()["rows"]).items():
+    for name, table in tables(read_stored()["rows"]).items():
         start, end = MARKS[name]
         before, after = page.index(start) + len(start), page.index(end)
         page = page[:before] + "\n" + table + "\n" + page[after:]
     PAGE.write_text(page, encoding="utf-8")
 
 
-def judged_again(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def recompute_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return stored rows with what both ceilings give now."""
     found, left = [], list(rows)
     for case in cases(quick=False):
-        found += [judged(case, left.pop(0)) for _ in case.seen]
+        found += [compare_ceilings(case, left.pop(0)) for _ in case.seen]
     return found
 
 
@@ -457,27 +459,27 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help=f"write {STORED.name}")
     parser.add_argument("--judge", action="store_true", help="take the volumes that are stored")
     parser.add_argument("--quick", action="store_true", help="a few cases on coarse grids")
-    given = parser.parse_args()
-    if given.quick and (given.write or given.judge):
+    options = parser.parse_args()
+    if options.quick and (options.write or options.judge):
         parser.error("--quick measures nothing that should be kept: leave out the others")
     began = time.perf_counter()
-    if given.judge:
-        rows = judged_again(stored()["rows"])
+    if options.judge:
+        rows = recompute_rows(read_stored()["rows"])
     else:
         rows = []
-        for case in cases(given.quick):
-            rows += [judged(case, volume) for volume in followed(case)]
-            show(rows[-1])
-    for table in () if given.quick else tables(rows).values():
+        for case in cases(options.quick):
+            rows += [compare_ceilings(case, volume) for volume in volume_results(case)]
+            print_case(rows[-1])
+    for table in () if options.quick else tables(rows).values():
         print(f"\n{table}")
-    if not given.quick:
-        print("\na, b, c:", *(f"{value:.4g}" for value in fitted(rows)))
+    if not options.quick:
+        print("\na, b, c:", *(f"{value:.4g}" for value in fit_constants(rows)))
     print(f"{time.perf_counter() - began:.0f} s")
-    if given.write:
+    if options.write:
         write(rows)
 
 
-def show(row: dict[str, Any]) -> None:
+def print_case(row: dict[str, Any]) -> None:
     """Print the last load of a case in a line."""
     three, advised = row["auto"], row["calibrated"]
     print(

@@ -68,16 +68,16 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=512)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--store", type=Path, default=Path(__file__).with_suffix(".json"))
-    given = parser.parse_args()
-    found = cases(given.points, given.seeds)
+    options = parser.parse_args()
+    found = cases(options.points, options.seeds)
     spread = {
         name: np.quantile([case[name] for case in found], (0.025, 0.5, 0.975)).round(3).tolist()
         for name in ("correlation", "greenwood")
     }
-    head = {"points": given.points, "seeds": given.seeds, "spread": spread}
+    head = {"points": options.points, "seeds": options.seeds, "spread": spread}
     lines = ",\n".join(f"  {json.dumps(case)}" for case in found)
     text = f'{json.dumps(head)[:-1]}, "cases": [\n{lines}\n]}}\n'
-    given.store.write_text(text, encoding="utf-8")
+    options.store.write_text(text, encoding="utf-8")
     print(spread)
 
 

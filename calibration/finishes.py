@@ -29,7 +29,7 @@ MEASURED = {
 }
 
 
-def generated(count: int) -> Iterator[tuple[str, rc.Surface]]:
+def generated_maps(count: int) -> Iterator[tuple[str, rc.Surface]]:
     """Yield finishes and maps."""
     rng = np.random.default_rng(54)
     for index in range(count):
@@ -55,10 +55,10 @@ def generated(count: int) -> Iterator[tuple[str, rc.Surface]]:
         yield finish, rc.generate(POINTS, side / POINTS, **shape)
 
 
-def measured(folder: Path) -> Iterator[tuple[str, rc.Surface]]:
+def measured_maps(folder: Path) -> Iterator[tuple[str, rc.Surface]]:
     """Yield finishes and measured maps, continued by their mirror images."""
     for name, finish in MEASURED.items():
-        yield finish, atlas_cases.measured(folder / name)[0]
+        yield finish, atlas_cases.read_measured(folder / name)[0]
 
 
 def case(finish: str, surface: rc.Surface, index: int) -> dict[str, Any]:
@@ -90,8 +90,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--measured", type=Path, required=True, help="folder of measured maps")
     parser.add_argument("--count", type=int, default=18, help="number of generated maps")
-    asked = parser.parse_args()
-    maps = [*generated(asked.count), *measured(asked.measured)]
+    options = parser.parse_args()
+    maps = [*generated_maps(options.count), *measured_maps(options.measured)]
     cases = [case(finish, surface, index) for index, (finish, surface) in enumerate(maps)]
     STORED.write_text(json.dumps(cases, indent=1) + "\n", encoding="utf-8")
 

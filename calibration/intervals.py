@@ -68,7 +68,7 @@ class Case:
         return rc.Surface(heights, (POINTS * PIXEL / points,) * 2)
 
 
-def drawn(number: int, points: int = POINTS, finer: int = FINER) -> Case:
+def draw_case(number: int, points: int = POINTS, finer: int = FINER) -> Case:
     """Return a random case."""
     rng = np.random.default_rng((32, number))
     shortest = float(rng.choice([2.3, 3, 4, 6, 8, 12, 16]))
@@ -113,7 +113,7 @@ def truth(case: Case, points: int = POINTS, finer: int = FINER) -> dict[str, flo
     return found
 
 
-def told(case: Case, points: int = POINTS) -> dict[str, uncertainty.Interval]:
+def intervals_of_map(case: Case, points: int = POINTS) -> dict[str, uncertainty.Interval]:
     """Return the intervals of the map alone, by name."""
     surface = case.surface(points)
     given = {
@@ -163,8 +163,11 @@ def main() -> None:
     options = parser.parse_args()
     rows: dict[str, dict[str, list[tuple[float, float]]]] = {}
     for number in range(options.first, options.first + options.maps):
-        case = drawn(number, options.points, options.finer)
-        right, found = truth(case, options.points, options.finer), told(case, options.points)
+        case = draw_case(number, options.points, options.finer)
+        right, found = (
+            truth(case, options.points, options.finer),
+            intervals_of_map(case, options.points),
+        )
         for name, one in found.items():
             half = (one.high - one.low) / 2 / one.value
             counted = rows.setdefault(case.kind, {}).setdefault(name, [])

@@ -40,13 +40,13 @@ class _Page(HTMLParser):
                 self.places.add(value)
 
 
-def _read(path: Path) -> _Page:
+def _parse_page(path: Path) -> _Page:
     page = _Page()
     page.feed(path.read_text(encoding="utf-8"))
     return page
 
 
-def dead(folder: Path) -> list[str]:
+def find_dead_links(folder: Path) -> list[str]:
     """Return the links that lead nowhere, and roles that are shown as they are typed.
 
     Parameters
@@ -59,8 +59,8 @@ def dead(folder: Path) -> list[str]:
     list of str
         In words.
     """
-    pages = {path.resolve(): _read(path) for path in folder.rglob("*.html")}
-    told = []
+    pages = {path.resolve(): _parse_page(path) for path in folder.rglob("*.html")}
+    faults = []
     for path, page in pages.items():
         for link in page.links:
             parts = urlsplit(link)
@@ -68,19 +68,21 @@ def dead(folder: Path) -> list[str]:
                 continue
             target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             if not target.exists():
-                told.append(f"{path.relative_to(folder.resolve())}: {link} does not exist")
+                faults.append(f"{path.relative_to(folder.resolve())}: {link} does not exist")
             elif (
                 target in pages
                 and parts.fragment
                 and unquote(parts.fragment) not in pages[target].places
             ):
-                told.append(f"{path.relative_to(folder.resolve())}: no place {link}")
+                faults.append(f"{path.relative_to(folder.resolve())}: no place {link}")
         if mark := re.search(r"\{[\w:]+\}`[^`<]*`", path.read_text(encoding="utf-8")):
-            told.append(f"{path.relative_to(folder.resolve())}: {mark[0]} is shown as it is typed")
-    return told
+            faults.append(
+                f"{path.relative_to(folder.resolve())}: {mark[0]} is shown as it is typed"
+            )
+    return faults
 
 
-def found(folder: Path, word: str) -> set[str]:
+def search_pages(folder: Path, word: str) -> set[str]:
     """Return the pages that the search of the built documentation lists for a word.
 
     Parameters
@@ -115,12 +117,12 @@ def found(folder: Path, word: str) -> set[str]:
 
 def main(folder: Path) -> int:
     """Name what is wrong; exit status 1 if anything is."""
-    told = dead(folder)
+    faults = find_dead_links(folder)
     for word, page in LOOKED_FOR.items():
-        if page not in found(folder, word):
-            told.append(f"the search for {word!r} does not find {page}")
-    print("".join(f"{line}\n" for line in told), end="")
-    return 1 if told else 0
+        if page not in search_pages(folder, word):
+            faults.append(f"the search for {word!r} does not find {page}")
+    print("".join(f"{line}\n" for line in faults), end="")
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":

@@ -38,12 +38,12 @@ STATUS = "echo $?"
 
 # What differs from one machine, or one run, to the next: times, memory, how near to the answer
 # the solver ended, and how many steps it took.
-_OWN = re.compile(
+_VARYING = re.compile(
     r"certificate|sha256|error|residual|convolution|iteration|memory|GiB|MiB|GB|MB|seconds?|version|\d m?s\b"
 )
 _NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 # By how much numbers of other machines may differ.
-_NEAR = 0.01
+_TOLERANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def scripts(text: str) -> Iterator[str]:
             yield re.sub(r"^source .*\n", "", block[1], flags=re.MULTILINE)
 
 
-def ran(command: str, folder: Path) -> tuple[str, int]:
+def run_command(command: str, folder: Path) -> tuple[str, int]:
     """Return what a command printed, and its exit status."""
     environment = {
         **os.environ,
@@ -109,16 +109,16 @@ def ran(command: str, folder: Path) -> tuple[str, int]:
     return "".join(f"{line}\n" for line in lines), done.returncode
 
 
-def timed(command: str, folder: Path) -> tuple[str, int]:
+def run_timed(command: str, folder: Path) -> tuple[str, int]:
     """Run a command and say how long it took."""
     started = time.perf_counter()
-    done = ran(command, folder)
+    done = run_command(command, folder)
     first = command.removeprefix("set -e\n").partition("\n")[0]
     print(f"{time.perf_counter() - started:6.1f} s  {first[:100]}", flush=True)
     return done
 
 
-def cut(printed: str, shown: str) -> str:
+def shorten_output(printed: str, shown: str) -> str:
     """Return an output up to where the page leaves out the rest, and no more than `LINES`."""
     lines, others = printed.splitlines(), shown.splitlines()
     end = others.index(LEFT_OUT) if LEFT_OUT in others else LINES
@@ -130,28 +130,30 @@ def cut(printed: str, shown: str) -> str:
 def same(printed: str, shown: str) -> bool:
     """Return whether two outputs say the same, but for what is the machine's own."""
     lines, others = printed.splitlines(), shown.splitlines()
-    return len(lines) == len(others) and all(map(_alike, lines, others))
+    return len(lines) == len(others) and all(map(_is_equivalent, lines, others))
 
 
-def _alike(line: str, other: str) -> bool:
+def _is_equivalent(line: str, other: str) -> bool:
     if _words(line) != _words(other):
         return False
-    if _OWN.search(line):
+    if _VARYING.search(line):
         return True
     numbers = (map(float, _NUMBER.findall(text.replace("−", "-"))) for text in (line, other))
-    return all(abs(a - b) <= _NEAR * max(abs(a), abs(b)) for a, b in zip(*numbers, strict=True))
+    return all(
+        abs(a - b) <= _TOLERANCE * max(abs(a), abs(b)) for a, b in zip(*numbers, strict=True)
+    )
 
 
 def _words(line: str) -> list[str]:
     # Checksums cover times; bars and rules are as long as there is room.
     line = re.sub(r"\b[0-9a-f]{16,}", "#", line)
-    if _OWN.search(line):
+    if _VARYING.search(line):
         # A time on another machine may have another unit.
         line = re.sub(r"(\d) ms\b", r"\1 s", line)
     return re.sub(r"[─━═╌]+", "─", _NUMBER.sub("#", line)).split()
 
 
-def checked(page: Path, folder: Path) -> tuple[str, list[str]]:
+def check_page(page: Path, folder: Path) -> tuple[str, list[str]]:
     """Run the commands of a page.
 
     Parameters
@@ -178,9 +180,9 @@ def checked(page: Path, folder: Path) -> tuple[str, list[str]]:
             else:
                 if silent:
                     differing.append(f"exit status {status} is not shown: {now}")
-                printed, status = timed(shown.command, folder)
+                printed, status = run_timed(shown.command, folder)
                 silent = status != 0
-                printed = cut(printed, shown.output)
+                printed = shorten_output(printed, shown.output)
             if not same(printed, shown.output):
                 differing.append(f"$ {shown.command}\nshown\n{shown.output}printed\n{printed}")
             now += f"$ {shown.command}\n{printed}"
@@ -197,29 +199,29 @@ def readme(folder: Path, write: bool, points: int = 256) -> list[str]:
     if write:
         # The figure shows the output of the default command.
         (folder / "figure").mkdir()
-        timed("roughcontact demo", folder / "figure")
+        run_timed("roughcontact demo", folder / "figure")
         drawn = folder / "figure" / "roughcontact-demo" / "comparison.png"
         shutil.copy(drawn, HERE / "images" / "demo.png")
-    printed, status = timed(f"roughcontact demo --points {points}", folder)
+    printed, status = run_timed(f"roughcontact demo --points {points}", folder)
     for script in scripts((ROOT / "README.md").read_text(encoding="utf-8")):
         if status == 0:
-            printed, status = timed(f"set -e\n{script}", folder / "roughcontact-demo")
+            printed, status = run_timed(f"set -e\n{script}", folder / "roughcontact-demo")
         if status:
             failed.append(f"README.md: exit status {status}\n{printed}")
             break
     return failed
 
 
-def compared(page: Path, maps: Path, write: bool) -> list[str]:
+def compare_page(page: Path, maps: Path, write: bool) -> list[str]:
     """Run the commands of a page in a folder of its own; mend the page, or return what differs."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place, "page")
         shutil.copytree(maps, folder)
-        text, differing = checked(page, folder)
+        text, differing = check_page(page, folder)
     if write:
         page.write_text(text, encoding="utf-8")
         return []
-    return [f"{page.relative_to(ROOT)}: {told}" for told in differing]
+    return [f"{page.relative_to(ROOT)}: {line}" for line in differing]
 
 
 def prepare(folder: Path) -> None:
@@ -236,16 +238,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="put what they print into the pages")
     parser.add_argument("pages", nargs="*", type=Path, help="below docs; all without any")
-    given = parser.parse_args()
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as place, ThreadPoolExecutor(os.cpu_count()) as pool:
         maps = Path(place, "maps")
         maps.mkdir()
         prepare(maps)
-        asked = [HERE / name for name in given.pages] or pages()
+        asked = [HERE / name for name in options.pages] or pages()
         # What takes longest first.
-        told = [] if given.pages else [pool.submit(readme, Path(place), given.write)]
-        told += [pool.submit(compared, page, maps, given.write) for page in asked]
-        differing = [line for one in told for line in one.result()]
+        checks = [] if options.pages else [pool.submit(readme, Path(place), options.write)]
+        checks += [pool.submit(compare_page, page, maps, options.write) for page in asked]
+        differing = [line for one in checks for line in one.result()]
     print("".join(differing), end="")
     return 1 if differing else 0
 

@@ -120,7 +120,7 @@ def _prepare(app: Sphinx) -> None:
     explanations = Path(roughcontact.__file__).with_name("explanations.toml")
     paragraphs = tomllib.loads(explanations.read_text(encoding="utf-8"))
     (generated / "messages.md").write_text(
-        "".join(f"## {tag}\n\n{_with_indices(paragraphs[tag])}\n\n" for tag in sorted(paragraphs)),
+        "".join(f"## {tag}\n\n{_index_symbols(paragraphs[tag])}\n\n" for tag in sorted(paragraphs)),
         encoding="utf-8",
     )
     for name, tables in (
@@ -145,13 +145,13 @@ def _table(path: Path, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> No
     path.write_text(text, encoding="utf-8")
 
 
-def _typeset(app: Sphinx, name: str, source: list[str]) -> None:
+def _set_indices(app: Sphinx, name: str, source: list[str]) -> None:
     """Set the indices of symbols on pages in Markdown."""
     if app.env.doc2path(name).suffix == ".md":
-        source[0] = _with_indices(source[0])
+        source[0] = _index_symbols(source[0])
 
 
-def _with_indices(text: str) -> str:
+def _index_symbols(text: str) -> str:
     """Set the indices of symbols, which pages hold as they are typed, but not in code."""
     parts = re.split(r"(^```.*?^```$|`[^`\n]+`)", text, flags=re.DOTALL | re.MULTILINE)
     for letter, index in ("σ", "Y"), ("P", "c"), ("p", "y"):
@@ -173,6 +173,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
             path.unlink()
     for name, text in pages.items():
         (generated / name).write_text(text, encoding="utf-8")
-    app.connect("source-read", _typeset)
+    app.connect("source-read", _set_indices)
     app.connect("builder-inited", _prepare, priority=100)
     return {"parallel_read_safe": True}

@@ -23,7 +23,7 @@ _DRAWN = """() => new Promise((done) => setTimeout(
 WIDTH, HEIGHT = 1440, 900
 
 
-def pressed(seat: Any) -> None:
+def show_contact(seat: Any) -> None:
     """Show a contact with its section."""
     seat.choose("Or a demonstration map", "Ground steel")
     seat.page.locator("p > b").get_by_text("Ground steel.npz", exact=True).wait_for()
@@ -33,13 +33,13 @@ def pressed(seat: Any) -> None:
     seat.page.get_by_text("converged, certificate").wait_for()
 
 
-def raised(seat: Any) -> None:
+def show_relief(seat: Any) -> None:
     """Show the heights with their pressure."""
     seat.turn("3-D")
     seat.page.locator(".scene").wait_for()
 
 
-def asked(seat: Any) -> None:
+def show_analysis(seat: Any) -> None:
     """Show an analysis."""
     seat.turn("Analyze")
     seat.page.get_by_role("button", name="Start").click()
@@ -47,7 +47,7 @@ def asked(seat: Any) -> None:
     seat.page.locator("img.figure").locator("visible=true").first.wait_for()
 
 
-def joined(seat: Any) -> None:
+def show_joint(seat: Any) -> None:
     """Show the analyses of a joint."""
     seat.turn("Joint")
     seat.page.get_by_label("Interface law").wait_for()
@@ -56,18 +56,21 @@ def joined(seat: Any) -> None:
     seat.page.locator("img.figure").locator("visible=true").first.wait_for()
 
 
-def taken(seat: Any) -> None:
+def show_export(seat: Any) -> None:
     """Show the same contact as command, script and project file."""
     seat.turn("Export")
     seat.page.locator("pre").first.wait_for()
 
 
 PICTURES: dict[str, tuple[Callable[[Any], None], str]] = {
-    "desk": (pressed, "A ground map under 100 MPa: numbers, messages, linked maps and a section"),
-    "desk-relief": (raised, "3-D: the heights with the pressure on them"),
-    "desk-ask": (asked, "Analyze: the load curve of the same contact"),
-    "desk-joint": (joined, "Joint: estimate and interface law, with files"),
-    "desk-take": (taken, "Export: a page to send, command, script and project file"),
+    "desk": (
+        show_contact,
+        "A ground map under 100 MPa: numbers, messages, linked maps and a section",
+    ),
+    "desk-relief": (show_relief, "3-D: the heights with the pressure on them"),
+    "desk-ask": (show_analysis, "Analyze: the load curve of the same contact"),
+    "desk-joint": (show_joint, "Joint: estimate and interface law, with files"),
+    "desk-take": (show_export, "Export: a page to send, command, script and project file"),
 }
 """What is done before a picture, one after the other, and what the picture shows."""
 

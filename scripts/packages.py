@@ -26,7 +26,7 @@ WITH_SOURCE = (
 )
 
 
-def expected(root: Path) -> set[str]:
+def expected_names(root: Path) -> set[str]:
     """Return what the package holds in the tree, by its path in a wheel."""
     source = root / "src"
     return {
@@ -36,9 +36,9 @@ def expected(root: Path) -> set[str]:
     }
 
 
-def faults(wheel: set[str], archive: set[str], root: Path) -> list[str]:
+def name_errors(wheel: set[str], archive: set[str], root: Path) -> list[str]:
     """Return what is wrong with the names in a wheel and in a source package, a line each."""
-    wanted = expected(root)
+    wanted = expected_names(root)
     own = {name for name in wheel if ".dist-info/" not in name}
     found = [f"the wheel lacks {name}" for name in sorted(wanted - own)]
     found += [f"the wheel holds {name}" for name in sorted(own - wanted)]
@@ -55,7 +55,7 @@ def main() -> int:
     folder = parser.parse_args().folder
     (wheel,), (archive,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
     with zipfile.ZipFile(wheel) as packed, tarfile.open(archive) as source:
-        found = faults(set(packed.namelist()), set(source.getnames()), ROOT)
+        found = name_errors(set(packed.namelist()), set(source.getnames()), ROOT)
         count = len(packed.namelist())
     print("\n".join(found) or f"{wheel.name}: {count} files; {archive.name} holds them too")
     return bool(found)

@@ -39,7 +39,7 @@ def version_of(text: str) -> str:
     return found[1]
 
 
-def cut(changes: str, version: str, date: datetime.date) -> str:
+def cut_changelog(changes: str, version: str, date: datetime.date) -> str:
     """Return the changelog with what is unreleased under a version, and nothing unreleased."""
     before, head, rest = changes.partition(_HEAD)
     section = rest.partition("\n## ")[0]
@@ -48,7 +48,7 @@ def cut(changes: str, version: str, date: datetime.date) -> str:
     return f"{before}{_HEAD}\n## {version} - {date.isoformat()}\n{rest}"
 
 
-def changed(root: Path, version: str, date: datetime.date) -> dict[Path, str]:
+def changed_texts(root: Path, version: str, date: datetime.date) -> dict[Path, str]:
     """Return the new texts of the files that a release changes.
 
     Raises
@@ -64,7 +64,7 @@ def changed(root: Path, version: str, date: datetime.date) -> dict[Path, str]:
     if known is not None and tuple(map(int, wanted.groups())) <= tuple(map(int, known.groups())):
         raise RefusedError(f"the version is {present} already; give a later one than {version}")
     texts[VERSION] = texts[VERSION].replace(f'"{present}"', f'"{version}"')
-    texts[CHANGES] = cut(texts[CHANGES], version, date)
+    texts[CHANGES] = cut_changelog(texts[CHANGES], version, date)
     for path, (pattern, form) in CITED.items():
         text, count = re.subn(
             pattern, form.format(version=version), texts[path], flags=re.MULTILINE
@@ -82,7 +82,7 @@ def _git(*words: str) -> str:
 
 def release(version: str, dry: bool) -> None:
     """Make a release, or show what it would be."""
-    texts = changed(ROOT, version, datetime.datetime.now(datetime.UTC).date())
+    texts = changed_texts(ROOT, version, datetime.datetime.now(datetime.UTC).date())
     if not dry and _git("status", "--porcelain"):
         raise RefusedError("the working tree has changes; commit or stash them first")
     if not dry and _git("tag", "--list", f"v{version}"):
@@ -104,9 +104,9 @@ def main(words: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("version", help="of the release, such as 0.2.0")
     parser.add_argument("--dry-run", action="store_true", help="show it, change nothing")
-    given = parser.parse_args(words)
+    options = parser.parse_args(words)
     try:
-        release(given.version, given.dry_run)
+        release(options.version, options.dry_run)
     except RefusedError as error:
         print(f"Error: {error}", file=sys.stderr)
         return 2

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from items import items_of_file, normal
+from items import items_of_file, normalize_text
 from roughcontact._tools import memory
 from roughcontact.batch import jobs
 
@@ -114,7 +114,8 @@ def items(folder: Path) -> dict[str, dict[str, str]]:
     """Return the contents of all files below a folder, without times."""
     return {
         str(file.relative_to(folder)): {
-            name: normal(text, folder.resolve()) for name, text in items_of_file(file).items()
+            name: normalize_text(text, folder.resolve())
+            for name, text in items_of_file(file).items()
         }
         for file in sorted(folder.rglob("*"))
         if file.is_file()

@@ -161,7 +161,7 @@ def draw_layers(figure: Figure) -> None:
             )
         )
         axes.text(0.2, level, layer, va="center", fontsize=11, fontweight="bold", color="#1f3a56")
-        words = _wrapped(known[layer], 96)
+        words = _wrap_words(known[layer], 96)
         axes.text(1.75, level, words, va="center", fontsize=8, color="#333333", linespacing=1.15)
     links = imports_between_layers()
     most = max(links.values())
@@ -187,7 +187,7 @@ def draw_layers(figure: Figure) -> None:
     axes.set_axis_off()
 
 
-def _wrapped(words: list[str], width: int) -> str:
+def _wrap_words(words: list[str], width: int) -> str:
     lines = [""]
     for word in words:
         if lines[-1] and len(lines[-1]) + len(word) + 3 > width:

@@ -5,7 +5,7 @@ import numpy as np
 
 import ceiling_error
 
-found = ceiling_error.stored()
+found = ceiling_error.read_stored()
 factors = found["factors"]
 three = factors.index(3.0)
 balls = [row for row in found["spheres"] if row["law"] == "perfect"]

@@ -47,7 +47,7 @@ def roughness(points: int, rms: float, seed: int) -> rc.Surface:
     )
 
 
-def pressed(rms: float) -> rc.ContactResult:
+def solve_cylinders(rms: float) -> rc.ContactResult:
     """Press one rough cylinder across the other."""
     first, second = placement.match_grids(
         roughness(POINTS, rms, 1), roughness(POINTS * 3 // 4, rms, 2)
@@ -65,7 +65,7 @@ def pressed(rms: float) -> rc.ContactResult:
 # Three qualities of finish, from polished to ground.
 
 finishes = {1e-9: "Sq 1 nm each", 50e-9: "Sq 50 nm each", 300e-9: "Sq 300 nm each"}
-results = {rms: pressed(rms) for rms in finishes}
+results = {rms: solve_cylinders(rms) for rms in finishes}
 
 figure, panels = plt.subplots(1, 3, figsize=(10.5, 3.9), sharey=True, layout="constrained")
 circle = np.linspace(0, 2 * math.pi, 200)

@@ -125,7 +125,7 @@ print(
 figure_models, (spk, profile) = plt.subplots(1, 2, figsize=(10.5, 4), layout="constrained")
 values = [before["Spk"], *(one.Spk for one in rolled.passes)]
 spk.plot(range(PASSES + 1), 1e9 * np.array(values), "o-", color="#0072b2", label="volume")
-values = [before["Spk"], *(told["Spk"] for told, _ in capped)]
+values = [before["Spk"], *(values["Spk"] for values, _ in capped)]
 spk.plot(range(PASSES + 1), 1e9 * np.array(values), "s--", color="#7f0d1b", label="ceiling")
 spk.set(xlabel="passes done", ylabel="Spk [nm]", ylim=(0, None))
 spk.legend(frameon=False)

@@ -22,7 +22,7 @@ def test_cases_are_returned_from_other_processes(
 ) -> None:
     place = tmp_path / "ceiling.csv"
     monkeypatch.setitem(atlas.COLUMNS, place, atlas.COLUMNS[atlas.CEILING])
-    atlas.begun(place)
+    atlas.prepare_table(place)
     drawn = replace(atlas_cases.maps()[0], points=64, breadth=1.2)
     done = set(range(atlas_cases.CASES)) - {3, 5}
     task = (place, atlas_cases.ceilings, drawn, done)

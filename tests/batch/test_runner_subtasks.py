@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from items import items_of_file, normal
+from items import items_of_file, normalize_text
 from roughcontact.batch import jobs, plan, project, runner
 from roughcontact.batch.executors import Engine
 from roughcontact.request import outputs
@@ -82,7 +82,8 @@ def write_subtask_project(folder: Path, text: str, points: int = 32) -> Path:
 def bits(folder: Path) -> dict[str, dict[str, str]]:
     return {
         file.name: {
-            name: normal(text, folder.resolve()) for name, text in items_of_file(file).items()
+            name: normalize_text(text, folder.resolve())
+            for name, text in items_of_file(file).items()
         }
         for file in sorted((folder / "results").iterdir())
         if file.is_file()

@@ -30,7 +30,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 if str(BENCHMARKS) not in sys.path:
     sys.path.append(str(BENCHMARKS))
 
-from items import items_of_file, normal  # noqa: E402
+from items import items_of_file, normalize_text  # noqa: E402
 
 SOURCE = Path(rc.__file__).parents[1]
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -284,7 +284,7 @@ def files_of(folder: Path) -> dict[str, Path]:
 
 def held(path: Path, folder: Path) -> dict[str, str]:
     """Return the content of a file without times."""
-    return {name: normal(text, folder) for name, text in items_of_file(path).items()}
+    return {name: normalize_text(text, folder) for name, text in items_of_file(path).items()}
 
 
 def reference(name: str, folder: Path) -> Reference:

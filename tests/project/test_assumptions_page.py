@@ -70,7 +70,7 @@ def test_three_and_twelve_times_the_load_of_first_yield() -> None:
 
 
 def test_the_most_that_three_yield_strengths_are_wrong_by() -> None:
-    found = ceiling_error.stored()
+    found = ceiling_error.read_stored()
     three = found["factors"].index(3.0)
     errors = [row["errors"] for row in found["spheres"] if row["law"] == "perfect"]
     high = max(100 * row["mean_pressure"][three] for row in errors)
@@ -195,8 +195,8 @@ def test_friction_brings_first_yield_to_the_surface() -> None:
 def test_the_tables_of_ceilings_are_those_of_the_stored_comparison() -> None:
     page = PAGE.read_text(encoding="utf-8")
     for script, stored in (
-        (ceiling_error, ceiling_error.stored()),
-        (ceiling_rule, ceiling_rule.stored()["rows"]),
+        (ceiling_error, ceiling_error.read_stored()),
+        (ceiling_rule, ceiling_rule.read_stored()["rows"]),
     ):
         for name, table in script.tables(stored).items():
             start, end = script.MARKS[name]
@@ -207,8 +207,10 @@ def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
     number = r"([\d.]+)"
     formula = re.search(rf"exp\(−{number} n l \+ {number} l² − {number} l³\)", TEXT)
     told = np.array([float(formula[1]), -float(formula[2]), float(formula[3])])
-    assert told == pytest.approx(ceiling_rule.stored()["fit"], rel=0.005)
-    assert ceiling_rule.fitted(ceiling_rule.stored()["rows"]) == pytest.approx(told, rel=0.005)
+    assert told == pytest.approx(ceiling_rule.read_stored()["fit"], rel=0.005)
+    assert ceiling_rule.fit_constants(ceiling_rule.read_stored()["rows"]) == pytest.approx(
+        told, rel=0.005
+    )
     way, steepness = math.log(10), 2 * 1.615 / 3 / (3 - 2 * 1.615 / 3)
     fall = told @ [steepness * way, way**2, way**3]
     assert indenters.mean_pressure(10 * math.pi * 1.615 / 2) == pytest.approx(
@@ -235,7 +237,7 @@ def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
 
 
 def test_errors_of_calibrated_ceiling_are_within_limits() -> None:
-    found = ceiling_error.stored()
+    found = ceiling_error.read_stored()
     perfect, beyond, hard = (
         [
             row["calibrated"]
@@ -262,7 +264,7 @@ def test_errors_of_calibrated_ceiling_are_within_limits() -> None:
 
 
 def test_rule_errors_on_stored_cases_are_within_limits() -> None:
-    rows = ceiling_rule.stored()["rows"]
+    rows = ceiling_rule.read_stored()["rows"]
     kinds = ("sphere", "line", "map", *ceiling_rule.CONFINED_NAMES)
     found = {kind: [row for row in rows if row["kind"] == kind] for kind in kinds}
     others = ("finer", *found)
@@ -277,7 +279,7 @@ def test_rule_errors_on_stored_cases_are_within_limits() -> None:
 
 
 def test_predicted_residual_indentation_matches_stored_cases() -> None:
-    rows = [row for row in ceiling_rule.stored()["rows"] if row["kind"] in ("sphere", "map")]
+    rows = [row for row in ceiling_rule.read_stored()["rows"] if row["kind"] in ("sphere", "map")]
     left = [(row["calibrated"]["depth"], row["calibrated"]["energy"]) for row in rows]
     assert (np.min(left, axis=0) > (1, 1.2)).all()
     assert (np.max(left, axis=0) < (1.32, 1.55)).all()

@@ -67,7 +67,7 @@ $ echo $?
 def test_page_with_current_output_is_unchanged(commands: ModuleType, tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(PAGE, encoding="utf-8")
-    assert commands.checked(page, tmp_path) == (PAGE, [])
+    assert commands.check_page(page, tmp_path) == (PAGE, [])
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_a_page_that_shows_something_else_is_named_and_mended(
 ) -> None:
     page = tmp_path / "page.md"
     page.write_text(PAGE.replace(shown, other, 1), encoding="utf-8")
-    mended, (differing,) = commands.checked(page, tmp_path)
+    mended, (differing,) = commands.check_page(page, tmp_path)
     assert told in differing
     assert mended == (PAGE if other else PAGE.replace(shown, ""))
 

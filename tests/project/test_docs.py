@@ -143,9 +143,9 @@ def test_links_that_lead_nowhere_are_named(tmp_path: Path, monkeypatch: pytest.M
     page = tmp_path / "page.html"
     good = '<a href="other.html#here"><a href="#own"><p id="own"><a href="https://elsewhere.org">'
     page.write_text(good, encoding="utf-8")
-    assert built.dead(tmp_path) == []
+    assert built.find_dead_links(tmp_path) == []
     page.write_text(f'{good}<img src="a.png"><a href="other.html#there">', encoding="utf-8")
-    assert built.dead(tmp_path) == [
+    assert built.find_dead_links(tmp_path) == [
         "page.html: a.png does not exist",
         "page.html: no place other.html#there",
     ]

@@ -99,6 +99,10 @@ def material() -> Iterator[tuple[str, str, str]]:
         for path in sorted((ROOT / folder).rglob("*.py")):
             for text in texts(path) if path.name != "test_words.py" else ():
                 yield "text of tests", "text", plain(text)
+    for folder in ("benchmarks", "calibration", "docs", "scripts"):
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            for kind, name in names(path):
+                yield kind, kind, name
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         for _, name in names(path):
             if name.startswith("test_"):

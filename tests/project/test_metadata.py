@@ -90,7 +90,7 @@ def test_citation_has_license_and_description_of_package() -> None:
 def test_a_release_changes_version_changelog_and_citation(
     release: ModuleType, checkout: Path
 ) -> None:
-    texts = release.changed(checkout, "99.1.0", DATE)
+    texts = release.changed_texts(checkout, "99.1.0", DATE)
     assert release.version_of(texts[release.VERSION]) == "99.1.0"
     assert "\nversion: 99.1.0\n" in texts[Path("CITATION.cff")]
     assert json.loads(texts[Path("codemeta.json")])["version"] == "99.1.0"
@@ -114,7 +114,7 @@ def test_invalid_or_earlier_version_is_rejected(
 
 def test_release_without_changes_raises_error(release: ModuleType) -> None:
     with pytest.raises(release.RefusedError, match="nothing under 'Unreleased'"):
-        release.cut("# Changelog\n\n## Unreleased\n\n## 0.1.0\n\n- One.\n", "0.2.0", DATE)
+        release.cut_changelog("# Changelog\n\n## Unreleased\n\n## 0.1.0\n\n- One.\n", "0.2.0", DATE)
 
 
 def test_dry_run_prints_steps_and_changes_nothing(
@@ -130,14 +130,14 @@ def test_dry_run_prints_steps_and_changes_nothing(
 
 def test_missing_and_extra_files_of_packages_are_reported() -> None:
     packages = script("packages")
-    whole = packages.expected(ROOT)
+    whole = packages.expected_names(ROOT)
     assert {"roughcontact/py.typed", "roughcontact/__init__.pyi"} <= whole
     assert any(name.endswith(".html.j2") for name in whole)
     archive = {f"x/src/{name}" for name in whole} | {f"x/{name}" for name in packages.WITH_SOURCE}
     about = {"roughcontact-0.1.0.dist-info/METADATA"}
-    assert packages.faults(whole | about, archive, ROOT) == []
+    assert packages.name_errors(whole | about, archive, ROOT) == []
     wheel = (whole - {"roughcontact/py.typed"}) | {"tests/conftest.py"}
-    assert packages.faults(wheel, archive - {"x/README.md"}, ROOT) == [
+    assert packages.name_errors(wheel, archive - {"x/README.md"}, ROOT) == [
         "the wheel lacks roughcontact/py.typed",
         "the wheel holds tests/conftest.py",
         "the source package lacks README.md",

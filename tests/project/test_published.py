@@ -15,8 +15,12 @@ def test_rows_agree_where_intervals_overlap() -> None:
     row = published.Row("set-up", "source", (1.0, 2.0), (2.0, 3.0))
     assert row.agrees
     assert not published.Row("set-up", "source", (1.0, 2.0), (2.1, 3.0)).agrees
-    assert published.refined(lambda points: 1 + 1 / points, 4) == pytest.approx((1.0, 1.5))
-    assert published.averaged([1.0, 2.0, 3.0]) == pytest.approx((2 - 3**-0.5 * 2, 2 + 3**-0.5 * 2))
+    assert published.refinement_interval(lambda points: 1 + 1 / points, 4) == pytest.approx(
+        (1.0, 1.5)
+    )
+    assert published.mean_interval([1.0, 2.0, 3.0]) == pytest.approx(
+        (2 - 3**-0.5 * 2, 2 + 3**-0.5 * 2)
+    )
 
 
 def test_gradient_of_a_wave_is_a_closed_form() -> None:

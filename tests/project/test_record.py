@@ -27,14 +27,14 @@ def now(**values: float) -> dict[str, dict[str, float]]:
 
 
 def test_more_than_a_tenth_above_is_named(record: ModuleType) -> None:
-    assert record.worse(now(pairs=10.9, above=87.0), ROWS) == []
+    assert record.find_slower(now(pairs=10.9, above=87.0), ROWS) == []
     # The machine was slower, the program not.
-    assert record.worse(now(seconds=5.0), ROWS) == []
-    assert record.worse(now(pairs=11.1), ROWS) == ["contact: 11.1 T_pair, was 10"]
-    assert record.worse(now(above=89.0), ROWS) == ["contact: 89 MB, was 80"]
+    assert record.find_slower(now(seconds=5.0), ROWS) == []
+    assert record.find_slower(now(pairs=11.1), ROWS) == ["contact: 11.1 T_pair, was 10"]
+    assert record.find_slower(now(above=89.0), ROWS) == ["contact: 89 MB, was 80"]
     # A few megabytes are the allocator's.
-    assert record.worse(now(above=4.0), now(above=1.0)) == []
-    assert record.worse(now(pairs=99.0), {}) == []
+    assert record.find_slower(now(above=4.0), now(above=1.0)) == []
+    assert record.find_slower(now(pairs=99.0), {}) == []
 
 
 def test_kept_replaces_record_of_same_version_and_day(
@@ -44,9 +44,9 @@ def test_kept_replaces_record_of_same_version_and_day(
     first = {"date": "2026-01-01", "version": "0.1.0", "machine": "", "rows": ROWS}
     second = {**first, "date": "2026-02-01", "rows": now(pairs=9.0)}
     third = {**second, "version": "0.2.0"}
-    record.kept(second, [first, {**second, "rows": now(pairs=8.0)}])
+    record.store_record(second, [first, {**second, "rows": now(pairs=8.0)}])
     assert json.loads(record.RECORD.read_text(encoding="utf-8")) == [first, second]
-    record.kept(third, [first, second])
+    record.store_record(third, [first, second])
     assert json.loads(record.RECORD.read_text(encoding="utf-8")) == [first, second, third]
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import roughcontact as rc
 import same
-from items import kept
+from items import is_compared
 
 PYTHON = (
     "leakage",
@@ -58,7 +58,7 @@ def nudged(value):
         return None
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
-            changed = nudged(getattr(value, field.name)) if kept(field.name) else None
+            changed = nudged(getattr(value, field.name)) if is_compared(field.name) else None
             if changed is not None:
                 result = copy.copy(value)
                 object.__setattr__(result, field.name, changed)
@@ -77,12 +77,12 @@ def nudged(value):
 @pytest.mark.parametrize("name", cases(PYTHON, QUICK))
 def test_one_digit_of_a_result_is_seen(name, tmp_path):
     values = same.CASES[f"py-{name}"](tmp_path)
-    before = same.collected(functools.partial(dict, values), tmp_path, {})
+    before = same.collect_items(functools.partial(dict, values), tmp_path, {})
     assert "failed" not in before
-    assert before == same.collected(functools.partial(dict, values), tmp_path, {})
+    assert before == same.collect_items(functools.partial(dict, values), tmp_path, {})
     for key, value in values.items():
         changed = values | {key: nudged(value)}
-        after = same.collected(functools.partial(dict, changed), tmp_path, {})
+        after = same.collect_items(functools.partial(dict, changed), tmp_path, {})
         assert before.keys() == after.keys()
         seen = {item for item in before if before[item] != after[item]}
         assert seen, key
@@ -96,11 +96,11 @@ def test_change_of_one_printed_digit_is_found(name, tmp_path):
         assert "exit status 0\n" in text
         lost = set()
         for line in text.splitlines():
-            before = same.normal(line, tmp_path)
+            before = same.normalize_text(line, tmp_path)
             for found in re.finditer(r"\d", line):
                 at = found.start()
                 changed = f"{line[:at]}{(int(found[0]) + 1) % 10}{line[at + 1 :]}"
-                if same.normal(changed, tmp_path) == before:
+                if same.normalize_text(changed, tmp_path) == before:
                     lost.add(line)
         assert [line for line in lost if not TIMES.search(line)] == [], key
 

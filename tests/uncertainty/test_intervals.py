@@ -220,9 +220,9 @@ def test_sequence_that_does_not_converge_has_no_limit():
 def test_intervals_cover_finer_grids():
     held = []
     for number in range(4):
-        case = benchmark.drawn(number, 64, 4)
+        case = benchmark.draw_case(number, 64, 4)
         right = benchmark.truth(case, 64, 4)
-        told = benchmark.told(case, 64)
+        told = benchmark.intervals_of_map(case, 64)
         held += [one.low <= right[name] <= one.high for name, one in told.items()]
     assert len(held) >= 16
     assert np.mean(held) >= 0.9

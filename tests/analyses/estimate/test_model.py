@@ -44,7 +44,7 @@ def test_the_formulas_meet_their_goals_on_maps_never_seen() -> None:
         cases = atlas_fit.read(place)
         held = cases.taken(cases.held)
         for quantity in held.found:
-            judged = atlas_fit.judged(load_atlas().formula(quantity, True), held)
+            judged = atlas_fit.evaluate_formula(load_atlas().formula(quantity, True), held)
             assert judged["cases"] > 90
             assert judged["median"] <= goals.get(quantity, 0.10)
             # The cases of a map go together, so that the share of so few maps scatters.
@@ -383,7 +383,7 @@ def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
     inside = []
     for name in np.unique(cases.maps):
         one = cases.taken(cases.maps == name)
-        wider = atlas_fit.wider(known, cases.taken(cases.maps != name))
+        wider = atlas_fit.interval_factor(known, cases.taken(cases.maps != name))
         for quantity, found in one.found.items():
             _, low, high = known[quantity].with_interval(one.groups, wider)
             inside.append((found >= low) & (found <= high))
