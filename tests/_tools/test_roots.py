@@ -1,4 +1,4 @@
-"""Zeros of functions, compared with SciPy's."""
+"""Zeros and crossings of functions, the zeros compared with SciPy's."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import math
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 from scipy import optimize
 
-from roughcontact._tools.roots import brentq
+from roughcontact._tools.roots import NotPassedError, bracket_crossing, brentq
 
 SHAPES: tuple[Callable[[float], float], ...] = (
     lambda x: x,
@@ -70,3 +70,33 @@ def test_function_without_root_raises_error() -> None:
         brentq(lambda x: math.nan if x == 2 else -x, 1.0, 2.0)
     with pytest.raises(RuntimeError, match="in 100 steps"):
         brentq(lambda x: math.copysign(1.0, x - math.pi), 0.0, 1e300, xtol=1e-300)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    root=st.floats(-20, 20),
+    first=st.floats(-20, 20),
+    power=st.floats(0.2, 3),
+    tread=st.sampled_from([0.0, 1e-3, 0.1]),
+)
+@example(root=0.0, first=1.0, power=0.5, tread=0.1)
+def test_crossing_of_curve_and_step_function_is_found(
+    root: float, first: float, power: float, tread: float
+) -> None:
+    def excess(x: float) -> float:
+        x = tread * math.floor(x / tread) if tread else x
+        looked.append(x)
+        return power * (x - root) + 0.1 * math.atan(x - root)
+
+    looked: list[float] = []
+    low, high = bracket_crossing(excess, first, (-25, 25), accuracy=1e-6)
+    assert excess(low[0]) < 0 <= excess(high[0])
+    assert max(-low[1], high[1]) <= 1e-6 or high[0] - low[0] <= 1e-6
+    assert len(looked) < 60
+
+
+def test_a_curve_that_never_passes_ends_at_the_end() -> None:
+    for sign, end in ((1, -9.0), (-1, 9.0)):
+        with pytest.raises(NotPassedError) as caught:
+            bracket_crossing(lambda x, s=sign: s * 0.5, 0.0, (-9, 9), accuracy=1e-6)
+        assert caught.value.end == (end, sign * 0.5)

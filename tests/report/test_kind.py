@@ -23,12 +23,8 @@ from roughcontact.analyses.solve import (
     uncertainty_report as uncertainty,
     volume_report as elastoplastic,
 )
-from roughcontact.analyses.stress import (
-    fields as stress_fields,
-    report as subsurface_stress,
-    task as stress_task,
-)
-from roughcontact.analyses.sweep import fields as sweep_fields, report as curves
+from roughcontact.analyses.stress import report as subsurface_stress, task as stress_task
+from roughcontact.analyses.sweep import report as curves
 from roughcontact.cli import console
 from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.contact.result import Regime
@@ -168,7 +164,7 @@ def test_new_column_appears_in_all_outputs(
     added = Column("root", "root [N]", of=lambda r: [s.load**0.5 for s in r.steps])
     tell_more(monkeypatch, kind, columns=added)
     # The table of a history shows its steps.
-    fields = {"curve": sweep_fields, "history": history_report}[kind]
+    fields = {"curve": curves, "history": history_report}[kind]
     monkeypatch.setattr(fields, name, (*getattr(fields, name), added))
     result = request.getfixturevalue(kind)
     shown, report, kept = told_by(kind, request, capsys)
@@ -315,7 +311,7 @@ def test_figures_are_named_after_those_of_the_report(
         solve.TASK.figures({solve.MODEL: solve.VOLUME_MODEL}),
         stress_task.TASK.figures({}),
     )
-    tables = (figures.CONTACT, elastoplastic.VolumePresentation.figures, stress_fields.FIGURES)
+    tables = (figures.CONTACT, elastoplastic.VolumePresentation.figures, subsurface_stress.FIGURES)
     assert offered == tuple(figures.names(table) for table in tables)
     drawn = []
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.analyses.solve import surface_report as surface, task as solve
+from roughcontact.analyses.solve import report as surface, task as solve
 from roughcontact.analyses.tasks import PRESENTATIONS
 from roughcontact.cautions import Caution, CautionTag as CautionKind, as_caution
 from roughcontact.cli import console
@@ -87,7 +87,7 @@ class SqueakingPresentation(Presentation):
 @pytest.fixture
 def squeaking(monkeypatch: pytest.MonkeyPatch) -> Squeaking:
     monkeypatch.setattr(surface, "Squeaking", SqueakingPresentation, raising=False)
-    monkeypatch.setitem(PRESENTATIONS, "Squeaking", "analyses.solve.surface_report:Squeaking")
+    monkeypatch.setitem(PRESENTATIONS, "Squeaking", "analyses.solve.report:Squeaking")
     heights, pixel = rc.reference_map(32)
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(rc.Surface(heights, pixel), material=steel, load=0.1)

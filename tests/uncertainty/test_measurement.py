@@ -16,7 +16,7 @@ import pytest
 import interval_coverage
 import roughcontact as rc
 import virtual_microscope
-from roughcontact.analyses.sweep import uncertainty
+from roughcontact.analyses.sweep import model as uncertainty
 from roughcontact.cli import app
 from roughcontact.errors import InputError
 from roughcontact.results import Uncertainty

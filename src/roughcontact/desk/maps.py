@@ -22,7 +22,7 @@ from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
 from roughcontact.desk.style import ACCENT, FONT, INK, read_script
 from roughcontact.desk.widgets import TabStrip
-from roughcontact.drawing import cells, style as drawing_style
+from roughcontact.drawing import maps as drawing_maps, style as drawing_style
 from roughcontact.report import kind as quantities
 
 _EDGES = ("left", "right", "top", "bottom")
@@ -208,7 +208,9 @@ def height_scale(surface: rc.Surface) -> tuple[ColorLimits, float]:
     """Return the color limits of heights, as in figures, and the mean height [m]."""
     blocks = drawing_style.cell_size(surface.shape, surface.size, drawing_style.CELLS_ALONE)
     mean = float(np.nanmean(surface.heights)) if surface.missing < surface.heights.size else 0.0
-    low, high, *_ = cells.height_limits(drawing_style.cell_mean(surface.heights, blocks) - mean)
+    low, high, *_ = drawing_maps.height_limits(
+        drawing_style.cell_mean(surface.heights, blocks) - mean
+    )
     return ColorLimits(low, high, *drawing_style.prefixed(max(abs(low), abs(high)), "m")), mean
 
 
@@ -217,8 +219,11 @@ def result_scales(result: rc.ContactResult) -> dict[str, ColorLimits]:
     size = result.surface.size
     blocks = drawing_style.cell_size(result.gap.shape, size, drawing_style.CELLS_ALONE)
     highest = {
-        PRESSURE: (cells.pressure_limit([result]), "Pa"),
-        GAP: (cells.gap_limit(cells.open_gap(result.contact, result.gap, blocks)), "m"),
+        PRESSURE: (drawing_maps.pressure_limit([result]), "Pa"),
+        GAP: (
+            drawing_maps.gap_limit(drawing_maps.open_gap(result.contact, result.gap, blocks)),
+            "m",
+        ),
         RESIDUAL: (float(result.residual_indentation.max()) or 1e-9, "m"),
     }
     return {
@@ -682,7 +687,7 @@ def color_mappers() -> dict[str, Any]:
     steps = np.linspace(0, 1, 256)
     colors = {
         HEIGHTS: colormaps["viridis"](steps),
-        PRESSURE: cells.pressure_colors(),
+        PRESSURE: drawing_maps.pressure_colors(),
         GAP: colormaps["Blues"](steps),
         RESIDUAL: colormaps["Reds"](0.25 + 0.75 * steps),
     }

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import roughcontact as rc
-from roughcontact.drawing import cells, style as drawing_style
+from roughcontact.drawing import maps as drawing_maps, style as drawing_style
 
 CLEAR = "#00000000"
 """Color of values that no point has: the ground of the page."""
@@ -115,7 +115,7 @@ class ResultWindow(NamedTuple):
     touching: Mask
     saturated: Mask
     view: Window
-    shares: cells.Shares
+    shares: drawing_maps.Shares
 
     @property
     def blocks(self) -> tuple[int, int]:
@@ -131,7 +131,7 @@ def result_window(result: rc.ContactResult, view: Window) -> ResultWindow:
     else:
         saturated = pressure >= np.broadcast_to(result.ceiling, result.pressure.shape)[view.part]
     touching, gap = pressure > 0, result.gap[view.part]
-    shares = cells.cell_shares(touching, saturated, gap, view.blocks)
+    shares = drawing_maps.cell_shares(touching, saturated, gap, view.blocks)
     return ResultWindow(pressure, gap, touching, saturated, view, shares)
 
 
@@ -157,7 +157,7 @@ def contact_colors(part: ResultWindow) -> Colours:
 
     covered = np.minimum(part.shares.touching + part.shares.missing, 1.0)[..., None]
     ground = np.array(to_rgb(drawing_style.OPEN))
-    over = (cells.class_colors(part.shares) - ground) / np.where(covered > 0, covered, 1.0)
+    over = (drawing_maps.class_colors(part.shares) - ground) / np.where(covered > 0, covered, 1.0)
     return pack_colors(np.clip(np.dstack([ground + over, covered]), 0.0, 1.0))
 
 
@@ -172,12 +172,12 @@ def contact_shares(part: ResultWindow) -> tuple[Values, Values, Values]:
 
 def mean_gap(part: ResultWindow) -> Values:
     """Return the mean gap of the open points of each cell [m]; NaN if none is open."""
-    return cells.open_gap(part.touching, part.gap, part.blocks).astype(np.float32)
+    return drawing_maps.open_gap(part.touching, part.gap, part.blocks).astype(np.float32)
 
 
 def closed_colors(part: ResultWindow) -> Colours:
     """Return the colors of closed and missing points, with their share as opacity."""
-    return pack_colors(cells.closed_cover(part.shares, drawing_style.CLOSED))
+    return pack_colors(drawing_maps.closed_cover(part.shares, drawing_style.CLOSED))
 
 
 def deepest_residual(part: ResultWindow) -> Values:

@@ -19,7 +19,7 @@ from roughcontact.contact.pair import BODIES
 from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
-from roughcontact.drawing import elastoplastic, maps, profiles, sections
+from roughcontact.drawing import elastoplastic, maps, sections
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.report.page import HALF, MIDDLE, WIDE
 from roughcontact.surface.surface import Surface
@@ -485,17 +485,17 @@ def _close(scene: ContactScene) -> str:
     return f"{width} around the segment that carries most. Check that points resolve the contact."
 
 
-PROFILE_MAP = Illustration("surface", lambda s: profiles.heights(s.surface), _trace, FILES, WIDE)
+PROFILE_MAP = Illustration("surface", lambda s: sections.heights(s.surface), _trace, FILES, WIDE)
 """Figures of a prepared profile."""
 
 PROFILE_CONTACT = (
     _nested_figure("map", PROFILE_MAP),
     Illustration(
-        "pressure", lambda s: profiles.loaded_profile(s.result), _profile_caption, FRONT, WIDE
+        "pressure", lambda s: sections.loaded_profile(s.result), _profile_caption, FRONT, WIDE
     ),
     Illustration(
         "contact",
-        lambda s: profiles.loaded_profile(s.result, s.most_loaded.width, s.most_loaded.middle[1]),
+        lambda s: sections.loaded_profile(s.result, s.most_loaded.width, s.most_loaded.middle[1]),
         _close,
         width=WIDE,
     ),

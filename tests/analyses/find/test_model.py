@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings, strategies as st
+from hypothesis import given, settings, strategies as st
 
 import roughcontact as rc
-from roughcontact.analyses.find import crossing, model as load_search
-from roughcontact.analyses.find.crossing import ACCURACY
+from roughcontact._tools.roots import ACCURACY
+from roughcontact.analyses.find import model as load_search
 from roughcontact.analyses.find.model import SHARE_ACCURACY
 from roughcontact.cli import app
 from roughcontact.halfspace.stress_summary import summarize
@@ -146,36 +146,6 @@ def test_unreachable_target_raises_input_error() -> None:
             rc.find_load(ROUGH, material=STEEL, **{name: given_})
     with pytest.raises(rc.InputError, match="positive and finite"):
         rc.find_load(ROUGH, material=STEEL, approach=-1e-6)
-
-
-@settings(max_examples=60, deadline=None)
-@given(
-    root=st.floats(-20, 20),
-    first=st.floats(-20, 20),
-    power=st.floats(0.2, 3),
-    tread=st.sampled_from([0.0, 1e-3, 0.1]),
-)
-@example(root=0.0, first=1.0, power=0.5, tread=0.1)
-def test_crossing_of_curve_and_step_function_is_found(
-    root: float, first: float, power: float, tread: float
-) -> None:
-    def excess(x: float) -> float:
-        x = tread * math.floor(x / tread) if tread else x
-        looked.append(x)
-        return power * (x - root) + 0.1 * math.atan(x - root)
-
-    looked: list[float] = []
-    low, high = crossing.bracket_crossing(excess, first, (-25, 25), accuracy=1e-6)
-    assert excess(low[0]) < 0 <= excess(high[0])
-    assert max(-low[1], high[1]) <= 1e-6 or high[0] - low[0] <= 1e-6
-    assert len(looked) < 60
-
-
-def test_a_curve_that_never_passes_ends_at_the_end() -> None:
-    for sign, end in ((1, -9.0), (-1, 9.0)):
-        with pytest.raises(crossing.NotPassedError) as caught:
-            crossing.bracket_crossing(lambda x, s=sign: s * 0.5, 0.0, (-9, 9), accuracy=1e-6)
-        assert caught.value.end == (end, sign * 0.5)
 
 
 @pytest.mark.long

@@ -21,7 +21,7 @@ from roughcontact.analyses.compare.sampling import (
     SamplingStudy,
 )
 from roughcontact.analyses.solve import fields as contact_fields
-from roughcontact.analyses.sweep import fields as sweep_fields
+from roughcontact.analyses.sweep.report import curve_references
 from roughcontact.contact.result import BASE, CALIBRATED, COATING
 from roughcontact.drawing.style import prefixed
 from roughcontact.errors import ArgumentRef, Sentence
@@ -714,7 +714,7 @@ class ComparisonPresentation(Presentation):
     def works(self) -> Uses:
         """Yield the works on the maps and the statistics."""
         for sample in self.result.samples:
-            yield from sweep_fields.curve_references(sample.curve)
+            yield from curve_references(sample.curve)
         yield make_use("intervals of the means", "Student1908")
         if len(self.result.groups) > 1 and not self.result.paired:
             wide = len(self.result.groups) > 2
@@ -771,5 +771,5 @@ class SamplingPresentation(Presentation):
 
     def works(self) -> Uses:
         """Yield the works on the map and the statistics."""
-        yield from sweep_fields.curve_references(self.result.whole.curve)
+        yield from curve_references(self.result.whole.curve)
         yield make_use("intervals of the means", "Student1908")

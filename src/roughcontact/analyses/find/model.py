@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact._tools.arguments import validate_arguments
-from roughcontact.analyses.find.crossing import ACCURACY, NotPassedError, Point, bracket_crossing
+from roughcontact._tools.roots import ACCURACY, NotPassedError, Point, bracket_crossing
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact.ceiling import is_bracket, resolve_ceiling
 from roughcontact.contact.load_case import LoadCase

@@ -16,19 +16,20 @@ import numpy as np
 
 from roughcontact._tools.netcdf import Dataset
 from roughcontact.analyses.estimate import fields as formulas
-from roughcontact.analyses.solve import fields as contact_fields, hertz_fields, uncertainty_report
+from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report
 from roughcontact.contact import archive
 from roughcontact.contact.hertz_comparison import comparison_limits, is_beyond_map, is_unresolved
 from roughcontact.contact.nominal_hertz import is_smooth
 from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.spots import Spots
-from roughcontact.drawing import maps, profiles
-from roughcontact.drawing.sections import pressure_histogram, section, versus_hertz
+from roughcontact.drawing import maps, sections
+from roughcontact.drawing.sections import loaded_profile, pressure_histogram, section, versus_hertz
 from roughcontact.errors import ConvergenceError, InsufficientMemoryError, Sentence
 from roughcontact.formats import export
 from roughcontact.report import chapters, page, phrases
 from roughcontact.report.figures import CONTACT, FRONT, PROFILE_CONTACT, ContactScene
+from roughcontact.report.inputs import SURFACE, TRACE
 from roughcontact.report.kind import (
     ABSENT,
     Cells,
@@ -42,8 +43,28 @@ from roughcontact.report.kind import (
 from roughcontact.report.page import Block, PageTable, Picture
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
+from roughcontact.surface.surface import Surface
 from roughcontact.uncertainty.intervals import QUANTITIES, Cause, Interval
 from roughcontact.units import count_noun, format_engineering, format_percent
+
+
+class SurfacePresentation(Presentation):
+    """Presentation of a map or a profile."""
+
+    result: Surface
+    table = (*SURFACE, Quantity("Sq", "Sq [m]"), Quantity("Sdq", "Sdq"))
+    plots = (maps.surface, sections.bearing_curve)
+    profile_table = TRACE
+    profile_plots = (sections.heights,)
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether the surface is a profile."""
+        return self.result.is_profile
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the heights; the suffix selects the format."""
+        export.save_surface(self.result, path)
 
 
 class ContactWithSpots(NamedTuple):
@@ -91,19 +112,20 @@ def spot_rows(result: ContactResult) -> list[Cells]:
 def hertz_blocks(result: ContactResult) -> list[Block]:
     """Return the blocks that compare with Hertz; none without nominal bodies."""
     contact = result.hertz
-    if contact is None or not hertz_fields.applies(result):
+    if contact is None or not contact_fields.is_hertz_compared(result):
         return []
-    rows = [(capitalize_first(name), *texts) for name, *texts in hertz_fields.rows(result)]
+    rows = [(capitalize_first(name), *texts) for name, *texts in contact_fields.hertz_rows(result)]
     picture = Picture(
         partial(versus_hertz, result),
         "Mean and maximum pressure over the distance from the middle, and that of the smooth "
         "bodies. Compare how far roughness spreads the load.",
         page.HALF,
     )
+    shapes = capitalize_first(contact_fields.hertz_shapes(contact))
     return [
         Block("head", "Compared with the smooth bodies (Hertz)"),
-        Block("small", f"{capitalize_first(hertz_fields.bodies(contact))}. {hertz_fields.SIZE}"),
-        Block("aside", (picture, [PageTable(rows, ("", *hertz_fields.heads(result)[1:]))])),
+        Block("small", f"{shapes}. {contact_fields.HERTZ_SIZE}"),
+        Block("aside", (picture, [PageTable(rows, ("", *contact_fields.hertz_heads(result)[1:]))])),
         *(Block("small", page.as_sentence(limit.text)) for limit in comparison_limits(result)),
     ]
 
@@ -236,7 +258,7 @@ class ContactPresentation(Presentation):
     )
     profile_table = contact_fields.PROFILE_CONTACT
     profile_figures = PROFILE_CONTACT
-    profile_plots = (profiles.loaded_profile,)
+    profile_plots = (loaded_profile,)
 
     @cached_property
     def contact(self) -> ContactResult:
@@ -266,7 +288,7 @@ class ContactPresentation(Presentation):
         if not result.contact_area:
             return "The bodies do not touch."
         interval = uncertainty_report.area_interval(result, self.study)
-        smooth = result.hertz if hertz_fields.applies(result) else None
+        smooth = result.hertz if contact_fields.is_hertz_compared(result) else None
         if smooth is not None:
             return _hertz_comparison(result, smooth.area, interval)
         what = "profile" if result.pair.is_profile else "face"
@@ -281,8 +303,8 @@ class ContactPresentation(Presentation):
             return (), [("Load", format_short(result.load, result.pair.load_unit))]
         if result.measurement is not None:
             return uncertainty_report.CORRECTED, uncertainty_report.corrected_rows(result)
-        if hertz_fields.applies(result):
-            return hertz_fields.heads(result), hertz_fields.rows(result)
+        if contact_fields.is_hertz_compared(result):
+            return contact_fields.hertz_heads(result), contact_fields.hertz_rows(result)
         unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
         nominal = format_short(result.nominal_area, unit)
         area = f"{format_short(result.contact_area, unit)} of {nominal}"

@@ -268,7 +268,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         ),
     ),
     presentations={
-        "Surface": "analyses.solve.surface_report:SurfacePresentation",
+        "Surface": "analyses.solve.report:SurfacePresentation",
         "ContactResult": "analyses.solve.report:ContactPresentation",
         "ElastoplasticResult": "analyses.solve.volume_report:VolumePresentation",
         "ResolutionStudy": "analyses.solve.uncertainty_report:StudyPresentation",

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from roughcontact._tools.statistics import Mean
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.contact.result import ContactResult
-from roughcontact.drawing.uncertainty import uncertainty_budget
+from roughcontact.drawing import style
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.report import chapters, figures, page
 from roughcontact.report.kind import Column, Quantity, capitalize_first, quantity_of
@@ -21,6 +23,38 @@ from roughcontact.uncertainty import intervals as uncertainty
 from roughcontact.uncertainty.intervals import Cause, ErrorSource, Interval, Uncertainty
 from roughcontact.uncertainty.resolution import QUANTITIES, ResolutionStudy
 from roughcontact.units import format_change, format_engineering, format_percent
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def uncertainty_budget(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Figure:
+    """Draw one bar per quantity, with the share of each source in its squared interval."""
+    figure, axes = style.panels(7.2, 1.6 + 0.35 * len(rows))
+    sources = list(dict.fromkeys(source for _, budget in rows for source in budget))
+    left = np.zeros(len(rows))
+    for number, source in enumerate(sources):
+        shares = np.array([100 * budget.get(source, 0.0) for _, budget in rows])
+        color = style.SERIES[number % len(style.SERIES)]
+        hatch = "///" if number >= len(style.SERIES) else None
+        axes.barh(
+            range(len(rows)),
+            shares,
+            left=left,
+            color=color,
+            label=source,
+            hatch=hatch,
+            edgecolor="white",
+            height=0.7,
+        )
+        left += shares
+    axes.set_yticks(range(len(rows)), [name for name, _ in rows], fontsize=style.TICK)
+    axes.invert_yaxis()
+    axes.set_xlim(0, 100)
+    style.name_axes(axes, "share of the squared interval [%]")
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=style.NOTE, frameon=False)
+    return figure
+
 
 STUDY = (
     Quantity("grids"),

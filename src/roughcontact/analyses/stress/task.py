@@ -97,7 +97,7 @@ def _record(outcome: Outcome) -> dict[str, Any]:
 
 
 def _figures(_: Request) -> tuple[str, ...]:
-    from roughcontact.analyses.stress.fields import FIGURES
+    from roughcontact.analyses.stress.report import FIGURES
     from roughcontact.report import figures
 
     return figures.names(FIGURES)

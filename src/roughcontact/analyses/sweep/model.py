@@ -38,6 +38,7 @@ from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import persson
+from roughcontact.uncertainty.measurement import check, uncertainty
 from roughcontact.units import Quantities, Quantity, to_si
 
 LOW_LOAD = 0.05
@@ -563,3 +564,18 @@ def _read_step(
     pressure.ravel()[arrays["index"]] = arrays["pressure"]
     following.ravel()[arrays["following_index"]] = arrays["following"]
     return step, pressure, following
+
+
+def curve_uncertainty(curve: LoadCurve, *how: Any, **more: Any) -> LoadCurve:
+    """Return a load curve with the intervals of each load; see `ContactResult.uncertainty`.
+
+    Equal seeds give equal draws, so that the surfaces are the same for all loads.
+    """
+    largest = curve.largest
+    check(largest)
+    known = []
+    for step in curve.steps:
+        ceiling = None if math.isnan(step.ceiling) else step.ceiling
+        contact = solve_pair(largest.pair, LoadCase(step.load, ceiling=ceiling))
+        known.append(uncertainty(contact, *how, **more))
+    return replace(curve, intervals=tuple(known))

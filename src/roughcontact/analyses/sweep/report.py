@@ -2,22 +2,330 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import cached_property
+import math
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from roughcontact._tools.arrays import Array
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
-from roughcontact.analyses.sweep import fields as sweep_fields
-from roughcontact.analyses.sweep.figures import load_curve
+from roughcontact.analyses.solve.fields import BOUNDARY, ceiling_stored
 from roughcontact.analyses.sweep.model import LOW_LOAD, LoadCurve
 from roughcontact.contact.nominal_hertz import has_nominal_body
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, ContactResult
+from roughcontact.drawing import style
+from roughcontact.references import make_use
 from roughcontact.report import phrases
-from roughcontact.report.citations import Uses
+from roughcontact.report.citations import CEILING, RECOMMENDED, Uses, map_references, solved_of
 from roughcontact.report.figures import FRONT, Illustration
+from roughcontact.report.kind import (
+    CAUTIONS,
+    TRUST,
+    Column,
+    Quantity,
+    profile_columns,
+    profile_table,
+)
 from roughcontact.report.page import WIDE
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent, order_of_magnitude
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def share_of(key: str) -> Callable[[Any], list[float]]:
+    """Return a formatter of an area of each step as a share of the nominal area."""
+    return lambda result: [getattr(step, key) / _nominal(result) for step in result.steps]
+
+
+def _nominal(result: Any) -> float:
+    return result.nominal_area if isinstance(result, LoadCurve) else result.last.nominal_area
+
+
+def certificates_of() -> Quantity:
+    """Return the quantity of the largest certificate."""
+    return Quantity(
+        "worst_certificate",
+        "certificates $ε$",
+        of=lambda result: max(step.certificate for step in result.steps),
+        form=lambda v: f"{v:.1e} at most",
+        part=TRUST,
+        stored=False,
+    )
+
+
+def _slope(curve: LoadCurve) -> str:
+    slope = f"{curve.low_load_slope:.4g}"
+    if curve.low_loads.any():
+        return f"{slope}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
+    return f"{slope} at the smallest load; no load is elastic with less than 5 % contact"
+
+
+def given_loads_of(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
+    """Return the quantity of the loads in the form in which they were given."""
+    return Quantity(
+        "given_loads",
+        "loads given as",
+        of="specified_load",
+        text=lambda r: phrases.given_loads(r.specified_load, unit(r)),
+    )
+
+
+CURVE = (
+    Quantity("source"),
+    Quantity("preparation"),
+    Quantity("control"),
+    given_loads_of(lambda curve: "N/m" if curve.is_profile else "N"),
+    Quantity("boundary"),
+    Quantity("nominal_area", "[m²]"),
+    Quantity("contact_modulus", "[Pa]"),
+    Quantity("rms_gradient", "root-mean-square slope $h′$"),
+    Quantity("ceiling", "[Pa]", of=ceiling_stored),
+    Quantity(
+        "low_load_slope",
+        "low-load slope $κ$: of A = κ W/(E* h′)",
+        text=_slope,
+        when=lambda curve: math.isfinite(curve.low_load_slope),
+    ),
+    Quantity("calibrated", of="contact.calibrated"),
+    *CAUTIONS,
+    certificates_of(),
+)
+"""Quantities of a `LoadCurve`."""
+
+
+def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
+    return [getattr(known.interval(name), end, math.nan) for known in curve.intervals]
+
+
+def _contact_intervals(curve: LoadCurve) -> list[str]:
+    low, high = (_ends(curve, "contact_fraction", end) for end in ("low", "high"))
+    return [
+        phrases.range_text(*pair, form=phrases.format_share) for pair in zip(low, high, strict=True)
+    ]
+
+
+_INTERVALS = (
+    Column(
+        "contact",
+        "95 of 100",
+        shown=_contact_intervals,
+        form=str,
+        stored=False,
+        when=lambda curve: bool(curve.intervals),
+    ),
+    *(
+        Column(
+            f"{name}_{end}",
+            f"[{unit}]",
+            of=partial(_ends, name=name, end=end),
+            when=lambda curve: bool(curve.intervals),
+        )
+        for name, unit in (
+            ("contact_fraction", "1"),
+            ("saturated_fraction", "1"),
+            ("mean_gap", "m"),
+            ("approach", "m"),
+            ("stiffness", "N/m"),
+            ("max_pressure", "Pa"),
+        )
+        for end in ("value", "low", "high")
+    ),
+)
+"""Columns of the intervals of each step of a `LoadCurve`, if computed."""
+
+
+def _base_column(key: str, label: str, **shown: Any) -> Column:
+    """Return the column of a quantity under the ceiling of the base of a coated body."""
+    return Column(f"base_{key}", label, of=f"base.steps.{key}", **shown)
+
+
+_BASE = (
+    _base_column(
+        "contact_area",
+        "contact (base) [m²]",
+        shown=lambda curve: share_of("contact_area")(curve.base),
+        form=format_percent,
+    ),
+    _base_column("saturated_area", "[m²]"),
+    _base_column("mean_gap", "mean gap (base) [m]", brief=False),
+    _base_column("approach", "[m]"),
+    _base_column("stiffness", "[N/m]"),
+)
+"""Columns of the steps of the ``base`` of a `LoadCurve`."""
+
+
+CURVE_COLUMNS = (
+    Column("load", "load [N]"),
+    Column("approach", "approach [m]"),
+    Column("contact_area", "contact [m²]", shown=share_of("contact_area"), form=format_percent),
+    Column("perimeter_corrected_area", "[m²]"),
+    Column(
+        "saturated_area", "saturated [m²]", shown=share_of("saturated_area"), form=format_percent
+    ),
+    Column("max_pressure", "largest pressure [Pa]", brief=False),
+    Column("mean_gap", "mean gap [m]"),
+    Column("stiffness", "stiffness [N/m]"),
+    Column("unloading_stiffness", "[N/m]"),
+    Column("spots", "spots"),
+    Column("mean_spot_area", "[m²]"),
+    Column("largest_spot_area", "[m²]"),
+    Column("certificate", "certificate", form=order_of_magnitude, brief=False),
+    Column("load_error"),
+    Column(
+        "pressure_ceiling",
+        "ceiling [Pa]",
+        of=lambda c: c.column("ceiling"),
+        when=lambda c: isinstance(c.ceiling, str),
+    ),
+    Column("convolutions"),
+    Column("seconds", "[s]"),
+    Column("constriction_length", "[m]"),
+    Column("persson_contact_area", "[m²]", of=lambda c: c.persson[0]),
+    Column("persson_saturated_area", "[m²]", of=lambda c: c.persson[1]),
+    *_INTERVALS,
+    *_BASE,
+)
+"""Columns of the steps of a `LoadCurve`."""
+
+
+PROFILE_CURVE = (
+    *profile_table(
+        CURVE, "low_load_slope", boundary={"of": lambda curve: BOUNDARY[curve.boundary][0]}
+    ),
+    Quantity("kind", of=lambda _: "profile"),
+)
+"""Quantities of a `LoadCurve` of profiles."""
+
+
+PROFILE_CURVE_COLUMNS = profile_columns(
+    CURVE_COLUMNS,
+    *("perimeter_corrected_area", "constriction_length"),
+    *("persson_contact_area", "persson_saturated_area"),
+    *(column.key for column in (*_INTERVALS, *_BASE)),
+)
+"""Columns of the steps of a `LoadCurve` of profiles."""
+
+
+def curve_references(curve: LoadCurve) -> Uses:
+    """Yield the references of a load curve."""
+    known = curve.softer is not None and curve.softer.yield_strength is not None
+    yield from map_references(curve.origins, curve.is_profile)
+    yield from solved_of(curve.boundary, curve.is_profile, known)
+    if curve.ceiling is not None:
+        yield CEILING
+    if isinstance(curve.ceiling, str) and curve.ceiling == CALIBRATED:
+        yield RECOMMENDED
+    if not curve.is_profile:
+        yield make_use("area at small loads", "Bush1975", "Persson2001", "Hyun2004")
+    yield make_use("conductance from the stiffness", "Barber2003")
+
+
+Line = tuple[Array, str, Any, str]
+
+
+def load_curve(curve: LoadCurve, over_pressure: bool = False) -> Figure:
+    """Draw a load curve: areas, approach and mean gap, stiffness, and number of spots.
+
+    Parameters
+    ----------
+    curve : LoadCurve
+        The solved loads; of profiles, per length.
+    over_pressure : bool, optional
+        Whether the axis of maps shows the nominal pressure instead of the load.
+
+    Returns
+    -------
+    Figure
+        Four panels over the load. The areas of maps are compared with Persson's theory and simple
+        laws: the line A = κ W/(E* h') through the low loads, see `LoadCurve.low_load_slope`, or
+        load over ceiling, if a ceiling is reached.
+    """
+    figure, grid = style.panels(11.0, 9.4, 2, 2)
+    name, symbol, unit, spots = ("load", "W", "N", "spots")
+    if curve.is_profile:
+        name, symbol, unit, spots = ("load per length", "W′", "N/m", "segments")
+    load, size, shown = curve.column("load"), 1.0, unit
+    if over_pressure and not curve.is_profile:
+        name, size, shown = "nominal pressure", curve.nominal_area, "Pa"
+    factor, load_unit = style.prefixed(float(load.max()) / size, shown)
+    factor /= size
+    _draw_areas(grid[0, 0], curve, factor)
+    lengths = {
+        "approach": (curve.column("approach"), style.SERIES[0], "o-"),
+        "mean gap": (curve.column("mean_gap"), style.SERIES[1], "s-"),
+    }
+    longest = max(float(values.max()) for values, *_ in lengths.values())
+    scale, length_unit = style.prefixed(longest, "m")
+    for label, (values, colour, marker) in lengths.items():
+        grid[0, 1].plot(load * factor, values * scale, marker, color=colour, label=label)
+    grid[0, 1].set_ylim(0, 1.08 * (longest or 1.0) * scale)
+    style.name_axes(
+        grid[0, 1], y=f"approach, mean gap [{length_unit}]", title="Approach and mean open gap"
+    )
+    stiffness = curve.column("stiffness")
+    # Fully saturated contact has zero stiffness, full periodic contact an infinite one.
+    stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
+    grid[1, 0].plot(load * factor, stiffness, "o-", color=style.SERIES[0])
+    if np.isfinite(stiffness).any():
+        style.log_scale(grid[1, 0], "y")
+    style.name_axes(grid[1, 0], y=f"stiffness d{symbol}/dω [{unit}/m]", title="Contact stiffness")
+    number = curve.column("spots")
+    grid[1, 1].plot(load * factor, number, "o-", color=style.SERIES[0])
+    grid[1, 1].set_ylim(0, 1.1 * max(float(number.max()), 1.0))
+    style.name_axes(grid[1, 1], y=f"number of contact {spots}", title=f"Contact {spots}")
+    for axes in grid.ravel():
+        style.log_scale(axes, "x")
+        style.plain_axes(axes, f"{name} [{load_unit}]")
+    for axes in grid[0]:
+        style.plain_legend(axes)
+    return figure
+
+
+def _theory(curve: LoadCurve) -> list[Line]:
+    """Return the laws and the theory of the contact area of maps."""
+    if curve.is_profile:
+        return []
+    load, slope, (contact, saturated) = curve.column("load"), curve.low_load_slope, curve.persson
+    # The linear law is for elastic contact; the area of saturated contact is load over ceiling.
+    law = slope * load / (curve.contact_modulus * curve.rms_gradient)
+    low = curve.low_loads.any()
+    lines: list[Line] = [(law, "--", style.NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")] if low else []
+    if isinstance(curve.ceiling, float) and curve.column("saturated_area").any():
+        lines.append((load / curve.ceiling, ":", style.NEUTRAL, "load / ceiling"))
+    return [
+        *lines,
+        (contact, "--", style.SERIES[5], "contact, Persson"),
+        (saturated, "--", style.SERIES[3], "saturated, Persson"),
+    ]
+
+
+def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
+    contact, saturated = curve.column("contact_area"), curve.column("saturated_area")
+    lines = [
+        *_theory(curve),
+        (contact, "o-", style.SERIES[0], "contact"),
+        (saturated, "s-", style.SATURATED, "saturated"),
+    ]
+    computed = 100 * np.concatenate([contact, saturated]) / curve.nominal_area
+    computed = computed[computed > 0]
+    # Axis limits from the computed points, as theory has area shares down to 1e-300.
+    lowest = 0.5 * float(computed.min(initial=100.0))
+    for values, marker, colour, name in lines:
+        share = 100 * values / curve.nominal_area
+        share[~((share > 0) & (share <= 100 * (1 + 1e-9)))] = np.nan
+        if (share >= lowest).any():
+            axes.plot(curve.column("load") * factor, share, marker, color=colour, label=name)
+    style.log_scale(axes, "y")
+    if computed.size:
+        axes.set_ylim(lowest, min(2.5 * float(computed.max()), 150.0))
+    whole, extent = ("profile", "length") if curve.is_profile else ("map", "area")
+    style.name_axes(axes, y=f"share of the {whole} [%]", title=f"Contact and saturated {extent}")
 
 
 def _growth(curve: LoadCurve) -> str:
@@ -32,8 +340,8 @@ class CurvePresentation(Presentation):
     """Presentation of a load curve."""
 
     result: LoadCurve
-    table = sweep_fields.CURVE
-    columns = sweep_fields.CURVE_COLUMNS
+    table = CURVE
+    columns = CURVE_COLUMNS
     contact_name = "contact"
     figures = (
         Illustration(
@@ -51,8 +359,8 @@ class CurvePresentation(Presentation):
         ),
     )
     plots = (load_curve,)
-    profile_table = sweep_fields.PROFILE_CURVE
-    profile_columns = sweep_fields.PROFILE_CURVE_COLUMNS
+    profile_table = PROFILE_CURVE
+    profile_columns = PROFILE_CURVE_COLUMNS
     is_listed = True
 
     @cached_property
@@ -124,4 +432,4 @@ class CurvePresentation(Presentation):
 
     def works(self) -> Uses:
         """Yield the works on contact and stiffness."""
-        return sweep_fields.curve_references(self.result)
+        return curve_references(self.result)

@@ -159,6 +159,6 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
 
 def measured_curve(request: Request, curve: LoadCurve, look: OnProgress) -> LoadCurve:
     """Return a load curve with the intervals of each load."""
-    from roughcontact.analyses.sweep.uncertainty import curve_uncertainty
+    from roughcontact.analyses.sweep.model import curve_uncertainty
 
     return curve_uncertainty(curve, **how(request), progress=look)
