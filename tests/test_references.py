@@ -24,8 +24,8 @@ from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import Reference, References, all_references, make_use
-from roughcontact.report import citations, kinds
-from roughcontact.report.presentation import Presentation
+from roughcontact.report import citations
+from roughcontact.report.presentation import Presentation, presentation_of
 from roughcontact.result import Displayable, Result
 from roughcontact.results import Uncertainty
 from roughcontact.surface import nominal_bodies
@@ -240,7 +240,7 @@ def test_history_cites_contact_and_other_objects_raise_type_error() -> None:
     history = load_history(result.surface, [1.0, 0.5], material=STEEL)
     assert keys(history.references()) == keys(history.under_largest.references())
     with pytest.raises(TypeError, match="no kind of results for a str"):
-        kinds.presentation_of("a text")
+        presentation_of("a text")
 
 
 @pytest.fixture(scope="module")
@@ -303,7 +303,7 @@ def test_a_comparison_cites_its_intervals(compared: rc.results.Comparison) -> No
     assert not {"Welch1947", "Games1976", "Searle1992"} & keys(alone)
     study = SamplingStudy(compared.groups[0].samples[0], {})
     assert keys(study.references()) == keys(alone)
-    text = kinds.render(compared)
+    text = presentation_of(compared).render()
     assert "@article" not in text
     assert all(work.text in unescape(text) for work in found if work.authors)
 

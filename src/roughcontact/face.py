@@ -15,14 +15,14 @@ _PLACES = {
     "elastic": "contact.solve:solve_without_ceiling",
     "estimate": "analyses.estimate.model:estimate_result",
     "explore": "desk.explore:explore",
-    "html": "report.kinds:headline_html",
+    "html": "report.presentation:headline_html",
     "material": "material.catalog:material",
-    "plots": "report.kinds:Plots",
+    "plots": "report.presentation:Plots",
     "presentation_of": "report.presentation:presentation_of",
     "presentations": "analyses.tasks:PRESENTATIONS",
     "stiffness": "contact.stiffness:stiffness",
     "stored_uncertainty": "uncertainty.intervals:from_summary",
-    "text": "report.kinds:headline_text",
+    "text": "report.presentation:headline_text",
     "uncertainty": "uncertainty.measurement:uncertainty",
     "volume_cautions": "elastoplastic.plausibility:cautions",
 }
@@ -36,10 +36,10 @@ def __getattr__(name: str) -> Any:
 
 def report(shown: Any, path: str | os.PathLike[str], command: str, **more: Any) -> None:
     """Write a report."""
-    from roughcontact.report import kinds
     from roughcontact.report.page import Edition
+    from roughcontact.report.presentation import presentation_of
 
-    kinds.report(shown, path, Edition(command), **more)
+    presentation_of(shown, **more).report(path, Edition(command))
 
 
 set_presentation(sys.modules[__name__])

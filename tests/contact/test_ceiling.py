@@ -19,8 +19,9 @@ from roughcontact.contact.plausibility import calibrated_area_change, recommende
 from roughcontact.contact.result import Regime
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Swift
-from roughcontact.report import kinds, phrases, python_script
+from roughcontact.report import phrases, python_script
 from roughcontact.report.kind import PROBLEM
+from roughcontact.report.presentation import presentation_of
 from roughcontact.surface import shapes
 from roughcontact.surface.roughness import rms_gradient
 from roughcontact.theory import hertz
@@ -386,12 +387,12 @@ def test_calibration_is_saved_and_shown(tmp_path: Path) -> None:
     result = solve_calibrated_sphere(40)
     result.save(tmp_path / "ball.nc")
     assert rc.read_result(tmp_path / "ball.nc").calibration == result.calibration
-    told = {row.name: row.text for row in kinds.rows(result, PROBLEM)}
+    told = {row.name: row.text for row in presentation_of(result).rows(PROBLEM)}
     assert re.fullmatch(
         r"2\.2\d+ GPa, calibrated: 2\.2\d yield strengths at 4\d times first yield",
         told["pressure ceiling"],
     )
-    (row,) = (row for row in kinds.rows(result) if row.key == "calibration")
+    (row,) = (row for row in presentation_of(result).rows() if row.key == "calibration")
     assert "(−2" in row.text
     assert row.name == "with three yield strengths"
     lines = python_script.script_of_result(result)

@@ -46,7 +46,8 @@ sys.platform = "win32"
 
 WORK = """
 import roughcontact as rc
-from roughcontact.report import kinds, page
+from roughcontact.report import page
+from roughcontact.report.presentation import presentation_of
 heights, pixel = rc.reference_map(32)
 surface = rc.Surface(heights, pixel)
 steel = rc.Material(210e9, 0.3, 1e9)
@@ -54,7 +55,7 @@ result = rc.solve(surface, load=1.0, material=steel)
 for name in ("out.nc", "out.vti", "out.csv", "out.json"):
     result.save(name)
 assert rc.read_result("out.nc").load == result.load
-kinds.report(result, "out.html", page.Edition(processes=2))
+presentation_of(result).report("out.html", page.Edition(processes=2))
 surface.save("map.npz")
 assert rc.read_surface("map.npz").shape == (32, 32)
 curve = rc.sweep(surface, loads=[0.1, 1.0], material=steel, folder="sweep")

@@ -30,7 +30,7 @@ from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.contact.result import Regime
 from roughcontact.formats import tables as files
 from roughcontact.material.material import RIGID
-from roughcontact.report import figures, inputs, kinds
+from roughcontact.report import figures, inputs
 from roughcontact.report.kind import (
     ABSENT,
     ANSWER,
@@ -51,7 +51,7 @@ from roughcontact.report.kind import (
     stored_steps,
     stored_values,
 )
-from roughcontact.report.presentation import Presentation
+from roughcontact.report.presentation import Presentation, presentation_of
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Capture = pytest.CaptureFixture[str]
@@ -109,7 +109,7 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     console.print_outcome(outcome, DisplayOptions.VERBOSE)
     shown = " ".join(capsys.readouterr().out.split())
     kept = json.loads(json.dumps(result.summary(), default=str))
-    return shown, text_of(kinds.render(result)), kept
+    return shown, text_of(presentation_of(result).render()), kept
 
 
 TABLES: dict[str, type[Presentation]] = {
@@ -187,7 +187,9 @@ def test_console_and_report_show_same_digits(
 ) -> None:
     result = request.getfixturevalue(kind)
     shown, report, _ = told_by(kind, request, capsys)
-    brief = [row for part in (PROBLEM, ANSWER, TRUST) for row in kinds.rows(result, part, True)]
+    brief = [
+        row for part in (PROBLEM, ANSWER, TRUST) for row in presentation_of(result).rows(part, True)
+    ]
     assert len(brief) > 2
     for row in brief:
         assert row.title.lower() in shown.lower()
@@ -200,7 +202,7 @@ def test_console_and_report_show_same_digits(
 def test_keys_are_unique_and_shown_quantities_have_names(
     kind: str, request: pytest.FixtureRequest
 ) -> None:
-    table = kinds.presentation_of(request.getfixturevalue(kind)).table
+    table = presentation_of(request.getfixturevalue(kind)).table
     keys = [quantity.key for quantity in table]
     assert len(keys) == len(set(keys))
     assert all(quantity.stored or quantity.name for quantity in table)
@@ -223,9 +225,9 @@ def test_friction_is_shown_with_its_direction_or_omitted(
     solved: rc.ContactResult, below: rc.results.StressResult
 ) -> None:
     rubbed = rc.subsurface_stress(solved, [1e-5], friction=0.2, direction=90.0)
-    told = {row.key: row.text for row in kinds.rows(rubbed)}
+    told = {row.key: row.text for row in presentation_of(rubbed).rows()}
     assert (told["friction"], told["direction"]) == ("0.2", "90°")
-    assert {"friction", "direction"}.isdisjoint(row.key for row in kinds.rows(below))
+    assert {"friction", "direction"}.isdisjoint(row.key for row in presentation_of(below).rows())
 
 
 def test_delegated_quantity_reads_part_of_result() -> None:
@@ -323,14 +325,14 @@ def test_figures_are_named_after_those_of_the_report(
 
     added = figures.Illustration("sketch", sketch, "A sketch of it.")
     monkeypatch.setattr(contact.ContactPresentation, "figures", (*figures.CONTACT, added))
-    assert "A sketch of it." in text_of(kinds.render(solved))
-    kinds.drawings(solved)["sketch"]()
+    assert "A sketch of it." in text_of(presentation_of(solved).render())
+    presentation_of(solved).drawings()["sketch"]()
     assert drawn == [solved, solved]
 
 
 def test_a_table_for_everything_that_has_a_summary() -> None:
     with pytest.raises(TypeError, match="no kind of results for a int"):
-        kinds.presentation_of(3)
+        presentation_of(3)
 
 
 def test_undetermined_texture_shows_upper_bound() -> None:

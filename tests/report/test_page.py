@@ -18,8 +18,9 @@ from matplotlib.text import Text
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.result import ContactResult
-from roughcontact.report import assumptions, kinds, page as layout
+from roughcontact.report import assumptions, page as layout
 from roughcontact.report.kind import Headline
+from roughcontact.report.presentation import Presentation, presentation_of
 from roughcontact.surface import nominal_bodies
 from roughcontact.surface.provenance import Operation
 from roughcontact.units import format_engineering, format_percent
@@ -93,12 +94,12 @@ def whole() -> tuple[ContactResult, str]:
     """A result and its report with all there is."""
     result = solve_rough(rough(EVIL, points=128), load=0.4)
     command = "roughcontact solve '<b>.opd' --load \"1 N\""
-    return result, kinds.render(result, layout.Edition(command, date=DAY))
+    return result, presentation_of(result).render(layout.Edition(command, date=DAY))
 
 
 def report(result: Any, *edition: layout.Edition, **more: Any) -> Page:
     """Return the page of a report on any result."""
-    return Page(kinds.render(result, *edition, **more))
+    return Page(presentation_of(result, **more).render(*edition))
 
 
 def test_the_page_is_well_formed(whole: tuple[ContactResult, str]) -> None:
@@ -185,9 +186,9 @@ def test_every_figure_has_image_and_caption(whole: tuple[ContactResult, str]) ->
 def test_no_text_of_a_figure_prints_below_seven_points(
     whole: tuple[ContactResult, str], width: int
 ) -> None:
-    for entry in kinds.presentation_of(whole[0]).own("figures"):
+    for entry in presentation_of(whole[0]).own("figures"):
         picture = layout.Picture(
-            lambda entry=entry: entry.draw(kinds.presentation_of(whole[0]).scene), "", width
+            lambda entry=entry: entry.draw(presentation_of(whole[0]).scene), "", width
         )
         figure = picture.draw_figure()
         printed = width / 25.4 / figure.get_figwidth()
@@ -256,7 +257,7 @@ def test_the_elastic_solution_is_a_column(whole: tuple[ContactResult, str]) -> N
 @pytest.mark.usefixtures("quick")
 def test_the_date_is_today_if_none_is_given() -> None:
     before = datetime.date.today()
-    text = kinds.render(solve_rough(load=1e-3))
+    text = presentation_of(solve_rough(load=1e-3)).render()
     assert any(f"Report of {day}" in text for day in (before, datetime.date.today()))
 
 
@@ -411,8 +412,10 @@ def test_save_replaces_only_when_it_is_complete(
     path = tmp_path / "out.html"
     path.write_text("old")
     result = solve_rough(ceiling=None)
-    kinds.report(result, path, layout.Edition(date=DAY))
-    assert path.read_text(encoding="utf-8") == kinds.render(result, layout.Edition(date=DAY))
+    presentation_of(result).report(path, layout.Edition(date=DAY))
+    assert path.read_text(encoding="utf-8") == presentation_of(result).render(
+        layout.Edition(date=DAY)
+    )
     before = path.read_bytes()
 
     def full(descriptor: int) -> None:
@@ -421,7 +424,7 @@ def test_save_replaces_only_when_it_is_complete(
     # Half of it is in the hidden file when the disk is full.
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(OSError, match="No space"):
-        kinds.report(result, path, layout.PLAIN)
+        presentation_of(result).report(path, layout.PLAIN)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
 
@@ -445,7 +448,7 @@ def test_invalid_paths_raise_input_error_before_solve(
         raise AssertionError("work before the path was checked")
 
     monkeypatch.setattr(solve, "solve_without_ceiling", never)
-    monkeypatch.setattr(kinds, "render", never)
+    monkeypatch.setattr(Presentation, "render", never)
     with pytest.raises(rc.InputError, match=message):
         result.report(tmp_path / name)
 

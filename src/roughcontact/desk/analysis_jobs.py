@@ -14,7 +14,8 @@ from roughcontact.analyses import tasks
 from roughcontact.analyses.solve import fields
 from roughcontact.desk.session import SOLVE
 from roughcontact.drawing import export
-from roughcontact.report import kind as quantities, kinds
+from roughcontact.report import kind as quantities
+from roughcontact.report.presentation import presentation_of
 from roughcontact.request import run
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
@@ -60,10 +61,11 @@ def run_analysis(tell: Tell, request: Request, over_pressure: bool = False) -> A
     if outcome.failure is not None:
         raise outcome.failure
     result = outcome.extras.get("study", outcome.result)
-    rows = [*kinds.rows(result), *kinds.rows(result, quantities.TRUST)]
-    heads, steps = kinds.listing(result)
+    shown = presentation_of(result)
+    rows = [*shown.rows(), *shown.rows(quantities.TRUST)]
+    heads, steps = shown.listing()
     tell("drawing")
-    drawings = kinds.drawings(result) if outcome.converged else {}
+    drawings = shown.drawings() if outcome.converged else {}
     if drawings and isinstance(result, rc.results.LoadCurve):
         drawings = {"": partial(rc.plots.load_curve, result, over_pressure)}
     return AnalysisOutcome(
@@ -73,8 +75,8 @@ def run_analysis(tell: Tell, request: Request, over_pressure: bool = False) -> A
         tuple(steps),
         tuple(result.cautions),
         tuple(export.png(draw()) for draw in drawings.values()),
-        kinds.sentences(result),
-        kinds.presentation_of(result).answer(),
+        tuple(shown.sentences()),
+        shown.answer(),
     )
 
 

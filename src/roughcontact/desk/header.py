@@ -26,7 +26,8 @@ from roughcontact.desk.controls import (
 from roughcontact.desk.live_solver import PreparedMaps
 from roughcontact.desk.session import PAGE, SOLVE, Session
 from roughcontact.desk.widgets import Slider
-from roughcontact.report import kind as quantities, kinds
+from roughcontact.report import kind as quantities
+from roughcontact.report.presentation import presentation_of
 from roughcontact.request import options
 
 STEPS = 300
@@ -300,7 +301,7 @@ def key_numbers(result: rc.ContactResult, form: LoadForm = FORCE) -> str:
 
 def trust_line(result: rc.ContactResult) -> str:
     """Return the status, certificate and regime of a result as one line."""
-    rows = {row.key: row for row in kinds.rows(result, quantities.TRUST, brief=True)}
+    rows = {row.key: row for row in presentation_of(result).rows(quantities.TRUST, brief=True)}
     shown = (rows[key] for key in ("status", "certificate") if key in rows)
     texts = ", ".join(f"{row.name} {spell_sentence(row.text)}" for row in shown)
     texts = texts.removeprefix("status ")

@@ -25,7 +25,8 @@ from roughcontact.desk.maps import MapsView
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import Line, Session, SessionState, Value
 from roughcontact.desk.widgets import Frame, TabPanels, watch_connection
-from roughcontact.report import kind as quantities, kinds, phrases
+from roughcontact.report import kind as quantities, phrases
+from roughcontact.report.presentation import presentation_of
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 
@@ -442,7 +443,9 @@ def _shown_result(request: Request, result: rc.ContactResult) -> ShownResult:
     heads, answer = contact_report.ContactPresentation(result).rows_by_ceiling()
     rows = [(row.title, *texts) for row, texts in answer]
     empty = ("",) * (len(heads) - 1)
-    rows += [(row.title, row.text, *empty) for row in kinds.rows(result, quantities.TRUST)]
+    rows += [
+        (row.title, row.text, *empty) for row in presentation_of(result).rows(quantities.TRUST)
+    ]
     return ShownResult(
         request,
         result,

@@ -18,7 +18,8 @@ from roughcontact.analyses.solve import uncertainty_report
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import escape_markup, markup_table
 from roughcontact.desk.maps import NAMES, MapsView, map_figure, map_titles
-from roughcontact.report import kind as quantities, kinds, python_script
+from roughcontact.report import kind as quantities, python_script
+from roughcontact.report.presentation import presentation_of
 from roughcontact.request import run
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
@@ -55,9 +56,10 @@ def render_page(result: rc.ContactResult, request: Request) -> str:
         for text in Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).js_raw
     )
     ends = uncertainty_report.intervals_by_key(result)
+    shown = presentation_of(result)
     rows = [
         (row.title, row.text, ends.get(row.key, ""), row.meaning)
-        for row in (*kinds.rows(result), *kinds.rows(result, quantities.TRUST))
+        for row in (*shown.rows(), *shown.rows(quantities.TRUST))
     ]
     return style.read_asset(
         "saved_page.html",

@@ -162,7 +162,7 @@ class Illustration:
 
 
 Illustrations = Sequence[Illustration]
-Plots = Sequence[Callable[..., Any]]  # Functions that draw a result
+PlotFunctions = Sequence[Callable[..., Any]]  # Functions that draw a result
 
 
 # Sections get a close-up if the plastic zone is less deep than this part of the map width; width

@@ -1,12 +1,15 @@
-"""Presentation of a result: its quantities, sentences and figures, and the report of them."""
+"""Presentation of a result in a session, a notebook, on the console and in a report."""
 
 from __future__ import annotations
 
+import base64
+import html as markup
 import os
 import pkgutil
+import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property, partial, update_wrapper
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._tools.files import require_suffix, to_json, write_atomically
 from roughcontact._tools.netcdf import Dataset
 from roughcontact._version import __version__
+from roughcontact.cautions import Severity
 from roughcontact.contact import plausibility
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
@@ -28,7 +32,7 @@ from roughcontact.report import (
     phrases,
     python_script,
 )
-from roughcontact.report.figures import FRONT, RESULTS, Illustrations, Plots
+from roughcontact.report.figures import FRONT, RESULTS, Illustrations, PlotFunctions
 from roughcontact.report.kind import (
     ABSENT,
     ANSWER,
@@ -87,11 +91,11 @@ class Presentation:
     is_listed = False  # Whether the summary includes the columns
     front: Sequence[tuple[str, str]] = ()  # Columns of the first table, with their heads
     figures: Illustrations = ()  # Figures of reports and of `--figures`
-    plots: Plots = ()  # Figures of `result.plot`, the default first
+    plots: PlotFunctions = ()  # Figures of `result.plot`, the default first
     profile_table: Table = ()  # The same for profiles, if others
     profile_columns: Columns = ()
     profile_figures: Illustrations = ()
-    profile_plots: Plots = ()
+    profile_plots: PlotFunctions = ()
     contact_name = ""  # Attribute of the result that holds its contact, if any
     contact_state = ""  # State of the contact, if it is not that of the answer
 
@@ -416,3 +420,131 @@ class Presentation:
             getattr(self.result, "status", "converged"),
         )
         return page.render(front, chapters_shown, edition)
+
+    def report(self, path: str | os.PathLike[str], edition: Edition = PLAIN) -> None:
+        """Write the report to an HTML file."""
+        page.check_path(path)
+        if not self.question():
+            raise InputError(f"there is no report on a {type(self.result).__name__} alone")
+        write_atomically(path, self.render(edition))
+
+
+# Widths of wide and of other figures of a notebook [pixels].
+_WIDE, _SMALL = 420, 340
+# Characters of a line.
+_LINE = 88
+
+
+def headline_text(shown: Any) -> str:
+    """Return problem, answer and main quantities of an object as text, about ten lines."""
+    first = _headline_of(shown)
+    lines = [f"{_class_name(shown)}: {first.problem}".removesuffix(": ")]
+    lines += _wrap_text(first.answer)
+    table = _table(first)
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines += [
+        "  " + "  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in table
+    ]
+    for sentence in (*first.remarks, *_cautions(shown)):
+        lines += _wrap_text(sentence)
+    return "\n".join(lines)
+
+
+def _wrap_text(sentence: str) -> list[str]:
+    return textwrap.wrap(sentence, _LINE, initial_indent="  ", subsequent_indent="    ")
+
+
+def headline_html(shown: Any) -> str:
+    """Return the headline as HTML, next to a figure if there is one."""
+    first = _headline_of(shown)
+    rows = "".join("<tr>" + "".join(map(_cell, row)) + "</tr>" for row in _table(first))
+    said = (first.problem, first.answer, *first.remarks, *_cautions(shown))
+    before, after = (
+        "".join(f"<p>{markup.escape(line, quote=False)}</p>" for line in part if line)
+        for part in (said[:2], said[2:])
+    )
+    return (
+        '<div style="display: flex; flex-wrap: wrap; gap: 1em; align-items: flex-start">'
+        f'{_picture(shown)}<div style="max-width: 40em"><b>{markup.escape(_class_name(shown))}</b>'
+        f"{before}<table>{rows}</table>{after}</div></div>"
+    )
+
+
+def _headline_of(shown: Any) -> Headline:
+    """Return the headline of a result; of a map, its roughness parameters."""
+    kind = presentation_of(shown)
+    first = kind.headline()
+    if first.answer:
+        return first
+    rows = [(row.name, row.text) for row in kind.rows()]
+    return Headline("", "", (), rows or [first.heads, *first.rows], ())
+
+
+def _table(first: Headline) -> list[tuple[str, ...]]:
+    return [*([first.heads] if any(first.heads) else []), *first.rows]
+
+
+def _class_name(shown: Any) -> str:
+    kind = type(shown).__name__
+    return kind if getattr(shown, "converged", True) else f"{kind}, not converged"
+
+
+def _cautions(shown: Any) -> list[str]:
+    """Return the warnings and cautions, one line each."""
+    return [
+        f"{caution.severity.upper()} {caution.kind}: {caution.text}"
+        for caution in getattr(shown, "cautions", ())
+        if caution.severity != Severity.NOTE
+    ]
+
+
+def _cell(text: str) -> str:
+    return f'<td style="text-align: left">{markup.escape(text)}</td>'
+
+
+def _picture(shown: Any) -> str:
+    from roughcontact.drawing.export import png
+
+    try:
+        figures = Plots(shown)
+        # One panel only: the figure of four panels is too large for a notebook cell.
+        figure = figures.pressure() if "pressure" in dir(figures) else figures()
+    except (AttributeError, InputError):
+        # Some classes have no figures, and some results nothing to draw.
+        return ""
+    data = base64.b64encode(png(figure)).decode("ascii")
+    wide = _WIDE if figure.get_figwidth() > figure.get_figheight() else _SMALL
+    return f'<img alt="" style="width: {wide}px" src="data:image/png;base64,{data}">'
+
+
+Draw = Callable[..., "Figure"]
+
+
+class Plots:
+    """Figures of an object by their names in ``rc.plots``; the first is the default."""
+
+    def __init__(self, shown: object) -> None:
+        self._shown = shown
+        self._figures = {figure.__name__: figure for figure in presentation_of(shown).own("plots")}
+        if not self._figures:
+            raise AttributeError(f"{type(shown).__name__} has no figures")
+
+    def __call__(self, **options: Any) -> Figure:
+        """Draw the default figure."""
+        return next(iter(self._figures.values()))(self._shown, **options)
+
+    def __getattr__(self, name: str) -> Draw:
+        """Return the function that draws a figure, with its documentation."""
+        if name.startswith("_") or name not in self._figures:
+            raise AttributeError(f"there is no figure {name!r}, only {', '.join(self._figures)}")
+        draw = self._figures[name]
+        return update_wrapper(partial(draw, self._shown), draw)
+
+    def __dir__(self) -> list[str]:
+        """Return the names of the figures."""
+        return list(self._figures)
+
+    def __repr__(self) -> str:
+        """Return the calls of the figures as text."""
+        return "figures: plot(), " + ", ".join(f"plot.{name}()" for name in self._figures)

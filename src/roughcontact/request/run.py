@@ -100,7 +100,7 @@ def solve_request(
 
 def files(outcome: Outcome, work: TaskContext) -> Iterator[outputs.Writing]:
     """Yield the requested files with their writers."""
-    from roughcontact.report import kinds
+    from roughcontact.report.presentation import presentation_of
 
     request, result = outcome.request, outcome.result
     for path in request.outputs:
@@ -111,10 +111,10 @@ def files(outcome: Outcome, work: TaskContext) -> Iterator[outputs.Writing]:
     report = request.get(REPORT)
     if report is not None:
         edition = make_edition(request, each_part(work.look, f"writing {report}, figures"))
-        write = partial(kinds.report, edition=edition, **outcome.extra_results)
-        yield report, partial(write, result)
+        shown = presentation_of(result, **outcome.extra_results)
+        yield report, partial(shown.report, edition=edition)
     requested = list(request.figures())
-    drawings = kinds.drawings(result) if requested else {}
+    drawings = presentation_of(result).drawings() if requested else {}
     for _, name, path in requested:
         # A profile has fewer figures than a map.
         if not name or name in drawings:

@@ -11,7 +11,7 @@ import roughcontact as rc
 from roughcontact._tools import statistics
 from roughcontact.analyses.compare import report as comparison
 from roughcontact.cautions import CautionTag
-from roughcontact.report import kinds
+from roughcontact.report.presentation import presentation_of
 from roughcontact.surface import leveling
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -56,7 +56,7 @@ def test_error_of_map_follows_from_contacts_of_its_parts() -> None:
     # 64 parts, which show whether the scatter falls with the area, need 128 points per side.
     assert math.isnan(one.scaling)
     assert (one.falls, one.bound) == (False, "at least")
-    assert all(row[-1] == "16 parts; at least" for row in kinds.listing(found)[1])
+    assert all(row[-1] == "16 parts; at least" for row in presentation_of(found).listing()[1])
     assert "at least" in comparison.answer(found)
     assert CautionTag.SAMPLING in {caution.kind for caution in found.cautions}
     assert {error.name for error in found.errors} == {

@@ -22,7 +22,7 @@ from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.contact.series import ONE_ROUGH_FACE
 from roughcontact.material import catalog
-from roughcontact.report import kinds as report_kinds
+from roughcontact.report.presentation import presentation_of
 from roughcontact.theory import constriction
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -64,7 +64,7 @@ def test_a_film_adds_its_resistance() -> None:
     added = film.thermal_resistance - bare.thermal_resistance
     assert added == pytest.approx(1e-6 / RESULT.contact_area)
     # The reported bound of a disc is none if it is below 32/(3π²) to 1.
-    text = " ".join(report_kinds.sentences(film))
+    text = " ".join(presentation_of(film).sentences())
     bound = float(re.search(r"disk by at most ([\d.]+) % of the constriction", text)[1])
     assert bound == pytest.approx(100 * (32 / (3 * math.pi**2) - 1), abs=0.05)
 
@@ -240,7 +240,7 @@ def test_greenwood_formula_is_omitted_at_large_contact_fraction() -> None:
     assert found.steps[1].contact_area > 0.3 * found.nominal_area
     ratios = found.column("greenwood_length") / found.column("length")
     assert 0.5 < ratios[1] < 0.7
-    heads, rows = report_kinds.listing(found)
+    heads, rows = presentation_of(found).listing()
     column = heads.index("Greenwood")
     assert [row[column] for row in rows] == [f"{ratios[0]:.3g}", "–"]
 

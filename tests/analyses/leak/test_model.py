@@ -16,7 +16,7 @@ from roughcontact.analyses.leak.task import GAS
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.material import fluids
-from roughcontact.report import kinds
+from roughcontact.report.presentation import presentation_of
 from roughcontact.uncertainty.intervals import Cause
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -211,7 +211,7 @@ def test_blocked_direction_has_zero_leak_rate() -> None:
     found = rc.leakage(closed, **WATER)
     assert found.permeability(0)[0] == found.rate(0)[0] == found.critical_gap(0)[0] == 0
     assert found.permeability(1)[0] > 0
-    (row,) = (row for row in kinds.rows(found) if row.key == "narrowest_y")
+    (row,) = (row for row in presentation_of(found).rows() if row.key == "narrowest_y")
     assert row.text == "no way through"
     assert found.summary()["narrowest_y"] is None
 

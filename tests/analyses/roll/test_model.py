@@ -21,7 +21,8 @@ from roughcontact.elastoplastic import plausibility
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace import tensors
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.report import kinds, python_script
+from roughcontact.report import python_script
+from roughcontact.report.presentation import presentation_of
 from roughcontact.surface import nominal_bodies
 from roughcontact.surface.placement import shift_surface
 
@@ -97,7 +98,7 @@ def test_equal_rolling_bodies_yield_equally() -> None:
 def test_path_appears_in_listing_report_and_script(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
     result = line.solved([line.at(x, 0.1, 180.0) for x in (0, 3)], None, "single", 1e-3)
-    told = str(kinds.listing(result, brief=True))
+    told = str(presentation_of(result).listing(brief=True))
     assert "moved along x" in told
     assert "180 degree" in told
     result.report(tmp_path / "out.html")

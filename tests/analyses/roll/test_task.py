@@ -27,7 +27,7 @@ from roughcontact.analyses.roll.model import (
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.elastoplastic import plausibility
-from roughcontact.report import kinds
+from roughcontact.report.presentation import presentation_of
 from roughcontact.surface import nominal_bodies
 
 pytestmark = pytest.mark.long
@@ -210,10 +210,10 @@ def test_movies_follow_the_nearer_axis(direction: float, along: str) -> None:
 
 
 def test_the_report_leads_with_the_passes(found: rc.results.RollingResult) -> None:
-    text = " ".join(kinds.render(found).split())
+    text = " ".join(presentation_of(found).render().split())
     front = text[: text.index('id="messages"')]
     assert "shake down in 2 passes?" in front
-    assert kinds.presentation_of(found).meaning() in front
+    assert presentation_of(found).meaning() in front
     for number in range(2):
         assert f'<th scope="row">{number + 1}</th>' in front
     assert "Rolling without slip zones" in text
@@ -224,7 +224,7 @@ def test_hardening_carries_load_only_in_bodies_that_harden(
 ) -> None:
     monkeypatch.setattr(type(found), "shakedown", Shakedown.ELASTIC_SHAKEDOWN)
     hardens = any(body.material.hardens for body in found.result.bodies)
-    text = kinds.presentation_of(found).meaning()
+    text = presentation_of(found).meaning()
     assert "residual stress" in text
     assert ("hardening" in text) is hardens
 

@@ -15,8 +15,9 @@ from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.drawing import elastoplastic as volume_plots
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
-from roughcontact.report import assumptions, kinds, phrases
+from roughcontact.report import assumptions, phrases
 from roughcontact.report.page import Edition
+from roughcontact.report.presentation import presentation_of
 from roughcontact.units import format_engineering, format_percent
 
 DAY = datetime.date(2024, 2, 29)
@@ -40,12 +41,12 @@ def with_material(result: Any, **changes: Any) -> Any:
 
 def report_text(result: Any) -> str:
     """Return the text of a report."""
-    return words(kinds.render(result, Edition(date=DAY)))
+    return words(presentation_of(result).render(Edition(date=DAY)))
 
 
 @pytest.mark.usefixtures("quick")
 def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) -> None:
-    text = kinds.render(pressed, Edition(date=DAY))
+    text = presentation_of(pressed).render(Edition(date=DAY))
     page = words(text)
     assert page.startswith("How deep does ball.nc yield under 350 mN?")
     contact = pressed.contact
@@ -76,7 +77,7 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
         assert format_engineering(step.approach, "m") in page
         assert f"{step.residual:.1e}" in page
     assert f"{pressed.contact.certificate:.1e}" in page
-    for row in assumptions.assumption_rows(kinds.presentation_of(pressed).case()):
+    for row in assumptions.assumption_rows(presentation_of(pressed).case()):
         assert " ".join(row) in page
     assert "Checked: convergence, stress against" in page
     assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
@@ -118,7 +119,7 @@ def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tm
     path = tmp_path / "released.nc"
     released.save(path)
     for result in (released, rc.read_result(path)):
-        drawings = kinds.drawings(result)
+        drawings = presentation_of(result).drawings()
         (axes,) = (axes for axes in drawings["pressure"]().axes if axes.images)
         assert "at 350 mN, largest" in axes.get_title()
         drawn = axes.images[0].get_array()
@@ -181,7 +182,7 @@ def cautions(result: Any) -> dict[str, Caution]:
 def test_small_deformations_are_checked(pressed) -> None:
     assert not cautions(pressed)
     # By hand: r/R at the edge of a spot is √2 times the root mean square over a disc.
-    table = assumptions.assumption_rows(kinds.presentation_of(pressed).case())
+    table = assumptions.assumption_rows(presentation_of(pressed).case())
     (small,) = (case for name, case, _ in table if name == "Small strains")
     slope = re.search(r"slope under the contact ([\d.]+)", small)
     assert slope is not None

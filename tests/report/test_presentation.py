@@ -18,10 +18,9 @@ from roughcontact.cautions import Caution, CautionTag as CautionKind, as_caution
 from roughcontact.cli import console
 from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.references import make_use
-from roughcontact.report import kinds
 from roughcontact.report.figures import Illustration
 from roughcontact.report.kind import PROBLEM, CellTable, Column, Quantity, Use
-from roughcontact.report.presentation import Presentation
+from roughcontact.report.presentation import Presentation, presentation_of
 from roughcontact.result import Result
 
 if TYPE_CHECKING:
@@ -143,7 +142,7 @@ def test_quantities_of_new_kind_are_saved(squeaking: Squeaking, tmp_path: Path) 
 def test_new_kind_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) -> None:
     assert dir(squeaking.plot) == ["pitches"]
     assert squeaking.plot.pitches(colour="r").axes
-    assert list(kinds.drawings(squeaking)) == ["pitches"]
+    assert list(presentation_of(squeaking).drawings()) == ["pitches"]
     cites = dict(squeaking.references().uses)
     assert "squeaks" in cites
     assert "solver" in cites
