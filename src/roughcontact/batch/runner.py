@@ -43,10 +43,8 @@ def open_project(
     """Read a project, and yield an engine for it and the project."""
     if scheduler is not None and (kind != DASK or workers is not None):
         raise InputError(
-            "is the address of a cluster with its workers: it needs ",
-            ArgumentRef("engine", DASK),
-            " and cannot be combined with ",
-            ArgumentRef("workers"),
+            "is the address of a cluster with its workers: it needs "
+            f"{ArgumentRef('engine', DASK)} and cannot be combined with {ArgumentRef('workers')}",
             argument="scheduler",
         )
     reject_mpi_run()

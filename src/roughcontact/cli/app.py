@@ -58,10 +58,8 @@ _COMPLETE = "_ROUGHCONTACT_COMPLETE"
 SIGNALED, INTERRUPTED, PIPE_CLOSED = 128, 130, 141
 
 _NO_MEMORY = Sentence(
-    "the memory is exhausted; ",
-    ArgumentRef("crop"),
-    " the map or try ",
-    ArgumentRef("precision", "single"),
+    f"the memory is exhausted; {ArgumentRef('crop')} the map or try "
+    f"{ArgumentRef('precision', 'single')}"
 )
 
 Given = dict[str, Any]

@@ -98,9 +98,8 @@ def check_pressures(request: Request) -> None:
     first, last = request[FROM], request[TO]
     if first is not None and last is not None and not 0 < first < last:
         raise InputError(
-            "must be positive and below ",
-            ArgumentRef("to"),
-            f", got {request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
+            f"must be positive and below {ArgumentRef('to')}, got "
+            f"{request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
             argument="from",
         )
 
@@ -111,10 +110,8 @@ def check_loads(request: Request) -> None:
         return
     if request[FROM] is None and request[TO] is None:
         raise InputError(
-            "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'; or ",
-            ArgumentRef("from", "1 MPa"),
-            " and ",
-            ArgumentRef("to", "100 MPa"),
+            "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'; or "
+            f"{ArgumentRef('from', '1 MPa')} and {ArgumentRef('to', '100 MPa')}",
             argument="load",
         )
     options.check_rules(PRESSURE_RULES, request)

@@ -73,7 +73,7 @@ def figure_files(start: str, names: Iterable[str]) -> dict[str, Path]:
         return {name: Path(start) / f"{name}.png" for name in names}
     if start.endswith(("/", os.sep)):
         raise InputError(
-            ArgumentRef("figures"), f": the folder '{start}' does not exist; create it first"
+            f"{ArgumentRef('figures')}: the folder '{start}' does not exist; create it first"
         )
     suffix = Path(start).suffix.lower()
     suffix = suffix if suffix in PICTURES else ""
@@ -89,11 +89,11 @@ def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
         raise InputError(f"'{path}' is a folder; give the name of a file", argument=argument)
     if not folder.is_dir():
         raise InputError(
-            ArgumentRef(argument), f": the folder '{folder}' does not exist; create it first"
+            f"{ArgumentRef(argument)}: the folder '{folder}' does not exist; create it first"
         )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(
-            ArgumentRef(argument), f": no permission to write into the folder '{folder}'"
+            f"{ArgumentRef(argument)}: no permission to write into the folder '{folder}'"
         )
     refuse_inputs(path, argument, {file_identity(other) for other in inputs})
 
@@ -110,9 +110,8 @@ def check_name(path: Path, argument: str) -> None:
             if error.errno == errno.ENAMETOOLONG:
                 name = str(place) if place is whole else place.name
                 raise InputError(
-                    ArgumentRef(argument),
-                    f": the name '{name[:_SHOWN]}…' has {len(name)} characters, too many for the "
-                    "file system; give a shorter one",
+                    f"{ArgumentRef(argument)}: the name '{name[:_SHOWN]}…' has {len(name)} "
+                    "characters, too many for the file system; give a shorter one"
                 ) from None
 
 

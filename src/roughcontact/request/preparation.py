@@ -111,25 +111,18 @@ def _prepared(request: Request, requested: OptionValues, surface: Surface, path:
     share = surface.missing / surface.heights.size
     if surface.missing and holes == "error":
         raise InputError(
-            f"{path.name} has {surface.missing} missing points; choose ",
-            ArgumentRef("missing", filling(share)),
-            " (smooth interpolation), ",
-            ArgumentRef("missing", "mask"),
-            " (no contact there) or ",
-            ArgumentRef("missing", "crop"),
-            " (the largest rectangle without them), or crop it with ",
-            ArgumentRef("crop"),
+            f"{path.name} has {surface.missing} missing points; choose "
+            f"{ArgumentRef('missing', filling(share))} (smooth interpolation), "
+            f"{ArgumentRef('missing', 'mask')} (no contact there) or "
+            f"{ArgumentRef('missing', 'crop')} (the largest rectangle without them), or crop it "
+            f"with {ArgumentRef('crop')}"
         )
     if holes == "fill" and share > MAX_FILLED_SHARE:
         raise InputError(
             f"{path.name} has no height at {format_percent(share)} of its points, and at most "
-            f"{format_percent(MAX_FILLED_SHARE)} may be filled: crop it with ",
-            ArgumentRef("crop"),
-            ", or choose ",
-            ArgumentRef("missing", "mask"),
-            " (no contact there) or ",
-            ArgumentRef("missing", "fill-all"),
-            " (smooth interpolation of any share)",
+            f"{format_percent(MAX_FILLED_SHARE)} may be filled: crop it with "
+            f"{ArgumentRef('crop')}, or choose {ArgumentRef('missing', 'mask')} (no contact "
+            f"there) or {ArgumentRef('missing', 'fill-all')} (smooth interpolation of any share)"
         )
     if holes in ("fill", "fill-all"):
         surface = surface.filled(1.0 if holes == "fill-all" else MAX_FILLED_SHARE)

@@ -185,31 +185,20 @@ class Request(OptionValues):
         measured = self.file is not None or bool(self.groups)
         if self.task.needs_map and not measured and not nominal:
             raise InputError(
-                f"is missing, see roughcontact {self.task.name} --help; or give ",
-                ArgumentRef("body"),
-                ", ",
-                ArgumentRef("points"),
-                " and ",
-                ArgumentRef("size"),
-                " for a nominal body without roughness",
+                f"is missing, see roughcontact {self.task.name} --help; or give "
+                f"{ArgumentRef('body')}, {ArgumentRef('points')} and {ArgumentRef('size')} for a "
+                "nominal body without roughness",
                 argument="file",
             )
         if self.get(shared.OVERRIDE_SIZE) and (not measured or self[shared.SIZE] is None):
             raise InputError(
-                "needs a ",
-                ArgumentRef("file"),
-                " and a ",
-                ArgumentRef("size"),
+                f"needs a {ArgumentRef('file')} and a {ArgumentRef('size')}",
                 argument="override_size",
             )
         if measured and self.get(shared.POINTS) is not None:
             raise InputError(
-                "needs a nominal ",
-                ArgumentRef("body"),
-                " without ",
-                ArgumentRef("file"),
-                "; see ",
-                ArgumentRef("pixel"),
+                f"needs a nominal {ArgumentRef('body')} without {ArgumentRef('file')}; see "
+                f"{ArgumentRef('pixel')}",
                 argument="points",
             )
 
@@ -227,11 +216,8 @@ class Request(OptionValues):
         for option, example in zip(constants, ("210 GPa", "0.3"), strict=False):
             if known is None and self[option] is None:
                 raise InputError(
-                    "is needed, such as ",
-                    ArgumentRef(option.argument, example),
-                    "; or ",
-                    ArgumentRef(material.argument),
-                    " with a name of the catalog",
+                    f"is needed, such as {ArgumentRef(option.argument, example)}; or "
+                    f"{ArgumentRef(material.argument)} with a name of the catalog",
                     argument=option.argument,
                 )
         try:
@@ -377,10 +363,7 @@ def _hardening_material(
     elif material.yield_strength is None:
         name = requested.law or "kinematic"
         raise InputError(
-            f"{name} needs a ",
-            ArgumentRef("yield_strength"),
-            " to start from",
-            argument="hardening",
+            f"{name} needs a {ArgumentRef('yield_strength')} to start from", argument="hardening"
         )
     elif requested.law == "linear":
         law = hardening.Linear(material.yield_strength, requested.constants[0])
@@ -405,11 +388,8 @@ def _swift_law(yield_strength: float | None, constants: tuple[float, ...]) -> ha
             units.format_engineering(value, "Pa") for value in (swift.initial, yield_strength)
         )
         raise InputError(
-            f"starts at a yield strength of {first}, but ",
-            ArgumentRef("yield_strength"),
-            f" is {other}; leave ",
-            ArgumentRef("yield_strength"),
-            " out",
+            f"starts at a yield strength of {first}, but {ArgumentRef('yield_strength')} is "
+            f"{other}; leave {ArgumentRef('yield_strength')} out",
             argument="hardening",
         )
     return swift

@@ -91,10 +91,7 @@ def _check(request: Request) -> None:
     known = all(body.conductivity is not None for body in joints.conductors(request))
     if request[joints.THERMAL_FILM] and not known:
         raise InputError(
-            "needs ",
-            ArgumentRef("conductivity"),
-            " and ",
-            ArgumentRef("counter_conductivity"),
+            f"needs {ArgumentRef('conductivity')} and {ArgumentRef('counter_conductivity')}",
             argument="thermal_film",
         )
 

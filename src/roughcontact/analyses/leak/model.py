@@ -761,12 +761,12 @@ def seal_of(
     if gas is None:
         for name in ("inlet", "outlet"):
             if name in known:
-                raise InputError("needs ", ArgumentRef("gas", "helium"), argument=name)
+                raise InputError(f"needs {ArgumentRef('gas', 'helium')}", argument=name)
         _require(known, {"viscosity": "'1 mPa s'", "pressure_difference": "'1 bar'"})
         return Seal(known["viscosity"], known["pressure_difference"], *face)
     for name in ("viscosity", "pressure_difference"):
         if name in known:
-            raise InputError("cannot be combined with ", ArgumentRef("gas"), argument=name)
+            raise InputError(f"cannot be combined with {ArgumentRef('gas')}", argument=name)
     _require(known, {"inlet": "'2 bar'", "outlet": "'1 mbar'"})
     state = _gas_state(gas, known["inlet"], known["outlet"], temperature)
     return Seal(state.viscosity, state.inlet - state.outlet, *face, state)
@@ -791,6 +791,6 @@ def _check_ring(width: float | None, length: float | None, ring: float | None) -
     if ring is None:
         return
     if width is not None:
-        raise InputError("cannot be combined with ", ArgumentRef("ring"), argument="seal_width")
+        raise InputError(f"cannot be combined with {ArgumentRef('ring')}", argument="seal_width")
     if length is not None and not length < ring:
         raise input_error("seal_length", length, "must be below the diameter of the ring")
