@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roughcontact._tools import checksums
+from roughcontact._tools import checkpoints
 from roughcontact.analyses.tasks import from_text
 from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry
@@ -50,9 +50,9 @@ def same(one: Any, other: Any) -> bool:
     if type(one) is not type(other):
         return False
     if isinstance(one, np.ndarray | np.generic):
-        return one.dtype == other.dtype and checksums.checksum_array(
+        return one.dtype == other.dtype and checkpoints.checksum_array(
             one
-        ) == checksums.checksum_array(other)
+        ) == checkpoints.checksum_array(other)
     if isinstance(one, list | tuple):
         return len(one) == len(other) and all(map(same, one, other))
     return bool(one == other)
@@ -64,7 +64,7 @@ def rewrite_record(entry: Entry, change: Any) -> None:
     read = json.loads(file.read_text(encoding="utf-8"))
     del read["seal"]
     change(read)
-    file.write_text(json.dumps({**read, "seal": checksums.checksum_json(read)}), encoding="utf-8")
+    file.write_text(json.dumps({**read, "seal": checkpoints.checksum_json(read)}), encoding="utf-8")
 
 
 def known(entry: Entry, digest: str = "digest") -> Any:

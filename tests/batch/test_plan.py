@@ -221,7 +221,7 @@ def test_only_unreadable_file_fails(moved_project: Path, monkeypatch: pytest.Mon
     def deny_access(path: Path) -> str:
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr("roughcontact._tools.checksums.checksum_file", deny_access)
+    monkeypatch.setattr("roughcontact._tools.checkpoints.checksum_file", deny_access)
     assert plan.request_digest(entry) != before
     assert plan.find_complete(entry, before) is None
 

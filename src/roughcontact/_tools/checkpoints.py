@@ -1,4 +1,6 @@
-"""Saved steps of a run in a folder, from which the same call resumes.
+"""Checksums, and saved steps of a run in a folder, from which the same call resumes.
+
+Checksums of arrays and JSON values are independent of their storage.
 
 A record describes the problem of the steps. Each step is a separate file with a checksum, written
 atomically. The folder is locked by one run at a time.
@@ -16,11 +18,45 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._tools import checksums, files
+from roughcontact._tools import files
 from roughcontact._tools.files import atomic_write, to_json, write_atomically
 from roughcontact.errors import FormatError, InputError, OtherRunError
+
+
+def checksum_array(values: ArrayLike) -> str:
+    """Return the checksum of the dtype, the shape and the values of an array."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biufc":
+        return checksum_json(["text", array.shape, array.tolist()])
+    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    result = hashlib.sha256(f"{little.dtype.str} {array.shape} ".encode())
+    result.update(little.reshape(-1).view(np.uint8).data)
+    return result.hexdigest()
+
+
+def checksum_arrays(arrays: Mapping[str, ArrayLike]) -> str:
+    """Return the checksum of arrays with their names, independent of their order."""
+    return checksum_json({name: checksum_array(values) for name, values in arrays.items()})
+
+
+def checksum_file(path: str | os.PathLike[str]) -> str:
+    """Return the checksum of the bytes of a file."""
+    with Path(path).open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def checksum_json(words: Any) -> str:
+    """Return the checksum of JSON values, independent of the order of mappings."""
+    text = json.dumps(words, sort_keys=True, default=_to_json_value)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def _to_json_value(value: Any) -> Any:
+    """Return a JSON value for an object that JSON does not support."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else repr(value)
+
 
 Step = TypeVar("Step")
 
@@ -61,7 +97,7 @@ def lock_folder(
                 write_atomically(path, to_json(described))
             except OSError as error:
                 raise _closed_error(folder, f" ({error.strerror})") from None
-        yield RunFolder(folder, checksums.checksum_json(described))
+        yield RunFolder(folder, checksum_json(described))
 
 
 @contextmanager
@@ -111,7 +147,7 @@ def write_step(path: Path, step: Any, arrays: Mapping[str, Any], mark: Mapping[s
     held = {**arrays, **asdict(step), **mark}
     try:
         with atomic_write(path) as stream:
-            np.savez(stream, **held, checksum=checksums.checksum_arrays(held))
+            np.savez(stream, **held, checksum=checksum_arrays(held))
     except OSError as error:
         raise InputError(
             f"{path} cannot be written ({error.strerror}); earlier steps are saved"
@@ -128,7 +164,7 @@ def read_step(
     try:
         with path.open("rb") as stream, np.load(stream) as stored:
             arrays = {name: stored[name] for name in (*names, *numbers, *mark)}
-            sound = str(stored["checksum"]) == checksums.checksum_arrays(arrays)
+            sound = str(stored["checksum"]) == checksum_arrays(arrays)
     # NumPy and zipfile raise many types of errors on damaged files.
     except Exception as error:
         raise FormatError(

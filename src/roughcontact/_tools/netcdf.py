@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools import checksums, files, memory, processes
+from roughcontact._tools import checkpoints, files, memory, processes
 from roughcontact.errors import FormatError
 
 if TYPE_CHECKING:
@@ -251,8 +251,8 @@ def add_checksums(dataset: Dataset) -> Dataset:
     """Return a dataset with checksums of each variable and of all attributes."""
     marked = Dataset(dataset.attrs)
     for name, (dims, values, attrs) in dataset.variables.items():
-        marked[name] = (dims, values, {**attrs, CHECKSUM: checksums.checksum_array(values)})
-    marked.attrs[CHECKSUM] = checksums.checksum_json(_describe_dataset(marked))
+        marked[name] = (dims, values, {**attrs, CHECKSUM: checkpoints.checksum_array(values)})
+    marked.attrs[CHECKSUM] = checkpoints.checksum_json(_describe_dataset(marked))
     return marked
 
 
@@ -265,9 +265,9 @@ def changed_names(dataset: Dataset, names: Iterable[str] | None = None) -> tuple
     result = [
         name
         for name in (variables if names is None else names)
-        if checksums.checksum_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
+        if checkpoints.checksum_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
     ]
-    if checksums.checksum_json(_describe_dataset(dataset)) != dataset.attrs.get(CHECKSUM):
+    if checkpoints.checksum_json(_describe_dataset(dataset)) != dataset.attrs.get(CHECKSUM):
         result.append(ATTRIBUTES)
     return tuple(result)
 

@@ -15,7 +15,7 @@ from uuid import uuid4
 
 import numpy as np
 
-from roughcontact._tools import checksums, files
+from roughcontact._tools import checkpoints, files
 from roughcontact._tools.files import to_json
 from roughcontact._version import __version__
 from roughcontact.analyses.compare import task as comparison
@@ -88,7 +88,7 @@ def find_complete(entry: Entry, digest: str) -> dict[str, Any] | None:
         text = json.loads(entry.summary.read_text(encoding="utf-8"))
         if not isinstance(text, dict) or text.get("run") != digest:
             return None
-        if text.pop("seal", None) != checksums.checksum_json(text):
+        if text.pop("seal", None) != checkpoints.checksum_json(text):
             return None
         # A profile has fewer figures than a map.
         paths = [path for _, path in entry.request.places if path.name in text["sha256"]]
@@ -104,14 +104,14 @@ def seal_summary(text: Mapping[str, Any], digest: str, written: Iterable[Path]) 
     if taken := RUN_KEYS & text.keys():
         raise ValueError(f"the file itself keeps {', '.join(sorted(taken))}")
     whole = json.loads(to_json({**text, "run": digest, "sha256": _file_checksums(written)}))
-    return {**whole, "seal": checksums.checksum_json(whole)}
+    return {**whole, "seal": checkpoints.checksum_json(whole)}
 
 
 def checksum_if_readable(path: Path) -> str | None:
     """Return the checksum of a regular file; None for other or unreadable files."""
     try:
         # A device or a pipe has no end, or can be read only once.
-        return checksums.checksum_file(path) if path.is_file() else None
+        return checkpoints.checksum_file(path) if path.is_file() else None
     except OSError:
         return None
 
@@ -132,7 +132,7 @@ def request_digest(
     groups = [list(group) for group in zip(comparison.labels(request), sizes, strict=True)]
     about = {"piece": of} if piece else {"groups": groups} if groups else {}
     inputs = request.subtask_inputs(piece) if piece else request.read_files
-    return checksums.checksum_json(
+    return checkpoints.checksum_json(
         {
             "version": __version__,
             "task": request.task.name,
@@ -152,7 +152,7 @@ def _strip_folders(value: str | bool | list[str]) -> str | bool | list[str]:
 
 
 def _file_checksums(paths: Iterable[Path]) -> dict[str, str]:
-    return {path.name: checksums.checksum_file(path) for path in paths}
+    return {path.name: checkpoints.checksum_file(path) for path in paths}
 
 
 _PACKAGE = __name__.partition(".")[0]
@@ -170,7 +170,7 @@ def save_piece(entry: Entry, digest: str, result: Any) -> None:
     # The next run computes a subtask again that could not be saved.
     with contextlib.suppress(OSError, TypeError):
         described = {"run": digest, "found": _encode_value(result)}
-        text = json.dumps({**described, "seal": checksums.checksum_json(described)})
+        text = json.dumps({**described, "seal": checkpoints.checksum_json(described)})
         path = _piece_path(entry, digest)
         path.parent.mkdir(parents=True, exist_ok=True)
         files.write_atomically(path, text)
@@ -186,7 +186,7 @@ def load_subtasks(entry: Entry, digests: Mapping[str, str]) -> dict[str, Any]:
                 continue
             read = json.loads(path.read_bytes())
             seal = read.pop("seal")
-            if read["run"] == digest and seal == checksums.checksum_json(read):
+            if read["run"] == digest and seal == checkpoints.checksum_json(read):
                 known[word] = _decode_value(read["found"])
     return known
 

@@ -20,9 +20,8 @@ from click.exceptions import Exit
 from click.shell_completion import shell_complete
 
 from roughcontact import units
-from roughcontact._tools.files import to_json
+from roughcontact._tools.files import join_words, to_json
 from roughcontact._tools.processes import redeliver_interrupts, reject_mpi_run
-from roughcontact._tools.text import join_words
 from roughcontact._version import __version__
 from roughcontact.analyses import tasks
 from roughcontact.analyses.generate import task as making

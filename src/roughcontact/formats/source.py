@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact._tools import files, memory
 from roughcontact._tools.arrays import Array
-from roughcontact._tools.text import join_words
+from roughcontact._tools.files import join_words
 from roughcontact.errors import (
     ArgumentRef,
     FormatError,
