@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import LEVEL, mean_with_interval
 from roughcontact.analyses.law.curve import ERROR, refine_geometrically
 from roughcontact.analyses.law.formats import LAW_FORMATS
@@ -121,91 +120,55 @@ def _shade(span: Callable[..., Any], law: InterfaceLaw) -> None:
             span(first * factor, last * factor, color=style.NEUTRAL, alpha=0.12, linewidth=0)
 
 
-def _line(
-    axes: Axes, law: InterfaceLaw, branch: str, name: str, scale: float, **look: Any
-) -> Array:
+# Field of the points, label, color and marker of a line.
+_Line = tuple[str, str, str, str]
+
+
+def _draw_lines(
+    axes: Axes, law: InterfaceLaw, scale: float, loading: _Line, yielding: _Line, unloading: _Line
+) -> None:
+    """Draw a line of all laws, one of those with saturated points, and one of unloading."""
+    _shade(axes.axvspan, law)
     factor, _ = _pressure(law)
-    pressures = law.pressures(branch)
-    values = law.values(branch, name) * scale
-    values[~(np.isfinite(values) & (values > 0))] = np.nan
-    if len(law.maps) > 1:
-        axes.plot(pressures * factor, values.T, color=look["color"], linewidth=0.7, alpha=0.5)
-    mean: Array = values.mean(axis=0)
-    axes.plot(pressures * factor, mean, **look)
-    return mean
+    lines = [(LOADING, loading), (LOADING, yielding)][: 1 + (not law.is_elastic)]
+    lines += [(UNLOADING, unloading)] if UNLOADING in law.branches else []
+    for branch, (name, label, color, marker) in lines:
+        pressures = law.pressures(branch) * factor
+        values = law.values(branch, name) * scale
+        values[~(np.isfinite(values) & (values > 0))] = np.nan
+        if len(law.maps) > 1:
+            axes.plot(pressures, values.T, color=color, linewidth=0.7, alpha=0.5)
+        axes.plot(pressures, values.mean(axis=0), color=color, marker=marker, label=label)
+    style.log_scale(axes, "y")
 
 
 def _draw_areas(axes: Axes, law: InterfaceLaw) -> None:
-    _shade(axes.axvspan, law)
-    _line(
+    _draw_lines(
         axes,
         law,
-        LOADING,
-        "contact_fraction",
         100,
-        color=style.SERIES[0],
-        marker="o",
-        label="contact",
+        ("contact_fraction", "contact", style.SERIES[0], "o"),
+        ("saturated_fraction", "saturated", style.SATURATED, "s"),
+        ("contact_fraction", "contact, unloading", style.ELASTIC, "o"),
     )
-    if not law.is_elastic:
-        _line(
-            axes,
-            law,
-            LOADING,
-            "saturated_fraction",
-            100,
-            color=style.SATURATED,
-            marker="s",
-            label="saturated",
-        )
-    if UNLOADING in law.branches:
-        _line(
-            axes,
-            law,
-            UNLOADING,
-            "contact_fraction",
-            100,
-            color=style.ELASTIC,
-            marker="o",
-            label="contact, unloading",
-        )
-    style.log_scale(axes, "y")
     style.name_axes(axes, y="share of the area [%]", title="Contact and saturated area")
 
 
 def _draw_stiffness(axes: Axes, law: InterfaceLaw) -> None:
-    factor, _ = _pressure(law)
-    _shade(axes.axvspan, law)
     scale, unit = 1e-15, "GPa/µm"
-    _line(
-        axes, law, LOADING, "stiffness", scale, color=style.SERIES[0], marker="o", label="loading"
+    _draw_lines(
+        axes,
+        law,
+        scale,
+        ("stiffness", "loading", style.SERIES[0], "o"),
+        ("unloading_stiffness", "as the load begins to fall", style.SATURATED, "s"),
+        ("unloading_stiffness", "unloading, loading again", style.ELASTIC, "o"),
     )
-    if not law.is_elastic:
-        _line(
-            axes,
-            law,
-            LOADING,
-            "unloading_stiffness",
-            scale,
-            color=style.SATURATED,
-            marker="s",
-            label="as the load begins to fall",
-        )
-    if UNLOADING in law.branches:
-        _line(
-            axes,
-            law,
-            UNLOADING,
-            "unloading_stiffness",
-            scale,
-            color=style.ELASTIC,
-            marker="o",
-            label="unloading, loading again",
-        )
     if np.isfinite(law.persson_length):
-        line = law.pressures() / law.persson_length * scale
-        axes.plot(law.pressures() * factor, line, "--", color=style.NEUTRAL, label="p̄/u₀, Persson")
-    style.log_scale(axes, "y")
+        pressures = law.pressures()
+        factor, _ = _pressure(law)
+        line = pressures / law.persson_length * scale
+        axes.plot(pressures * factor, line, "--", color=style.NEUTRAL, label="p̄/u₀, Persson")
     style.name_axes(axes, y=f"stiffness per area [{unit}]", title="Stiffness")
 
 
