@@ -511,10 +511,13 @@ def stored_quantity(attribute: str, key: str) -> Quantity:
     return delegated(attribute, quantity, label=f"[{quantity.unit}]", part=PROBLEM)
 
 
-PAIR = tuple(
-    stored_quantity("largest", key)
-    for key in ("source", "preparation", "boundary", "contact_modulus")
-)
+def pair_quantities(attribute: str) -> tuple[Quantity, ...]:
+    """Return the quantities of the bodies of the contact of a result, which are only in files."""
+    keys = ("source", "preparation", "boundary", "contact_modulus")
+    return tuple(stored_quantity(attribute, key) for key in keys)
+
+
+PAIR = pair_quantities("largest")
 """Quantities of the bodies, from the contact under the largest load."""
 
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
 from roughcontact.analyses.solve import task as solve
-from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
 from roughcontact.request.options import Option, Panel
@@ -49,32 +46,21 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         return Outcome(request, solution, solution)
     body = "body" if request[IN_BODY] == "body" else "counter_body"
     traction: dict[str, Any] = {"friction": request[FRICTION], "direction": request[DIRECTION]}
-    with _naming_body():
-        stress = subsurface_stress(
-            contact, request[DEPTHS], in_body=body, progress=work.look, **traction
+    stress = subsurface_stress(
+        contact, request[DEPTHS], in_body=body, progress=work.look, **traction
+    )
+    other = solve.under_other_ceiling(request, work, contact)
+    if other is not None:
+        found = subsurface_stress(other, request[DEPTHS], in_body=body, **traction)
+        is_base = is_bracket(contact.pair, request[options.CEILING])
+        stress = replace(
+            stress, base=found if is_base else None, calibrated=None if is_base else found
         )
-        other = solve.under_other_ceiling(request, work, contact)
-        if other is not None:
-            found = subsurface_stress(other, request[DEPTHS], in_body=body, **traction)
-            is_base = is_bracket(contact.pair, request[options.CEILING])
-            stress = replace(
-                stress, base=found if is_base else None, calibrated=None if is_base else found
-            )
-        extras = {}
-        if request[FIRST_YIELD]:
-            work.say("searching the load of first yield")
-            extras["first_yield"] = solve_first_yield(contact.pair, body, **traction)
+    extras = {}
+    if request[FIRST_YIELD]:
+        work.say("searching the load of first yield")
+        extras["first_yield"] = solve_first_yield(contact.pair, body, **traction)
     return Outcome(request, replace(stress, solution=solution), solution, extras)
-
-
-@contextmanager
-def _naming_body() -> Iterator[None]:
-    """Replace the argument of errors on ``body`` by the option that selects the body."""
-    try:
-        yield
-    except InputError as error:
-        error.argument = IN_BODY.argument if error.argument == "body" else error.argument
-        raise
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:

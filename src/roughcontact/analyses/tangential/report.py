@@ -26,6 +26,7 @@ from roughcontact.references import make_use
 from roughcontact.report import figures, phrases
 from roughcontact.report.figures import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
+    CAUTIONS,
     TRUST,
     CellTable,
     Column,
@@ -33,7 +34,6 @@ from roughcontact.report.kind import (
     Use,
     profile_columns,
     profile_table,
-    quantity_of,
     read_attribute,
 )
 from roughcontact.report.page import WIDE
@@ -235,10 +235,7 @@ def _ruiz(value: float) -> str:
 
 
 _TABLE = (
-    *(
-        contact_fields.stored_quantity("solution", key)
-        for key in ("source", "preparation", "boundary", "contact_modulus")
-    ),
+    *contact_fields.pair_quantities("solution"),
     Quantity("friction", "friction $μ$"),
     Quantity("direction", "direction", form=lambda value: f"{value:g}°"),
     Quantity("capacity", "force at which it slides [N]", of="capacity"),
@@ -304,7 +301,7 @@ _TABLE = (
         of=lambda r: max(step.force_error for step in r.steps),
     ),
     Quantity("applications", "applications of the tangential operator", part=TRUST),
-    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
+    *CAUTIONS,
 )
 
 _COLUMNS = (
