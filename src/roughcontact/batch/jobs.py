@@ -26,7 +26,7 @@ from roughcontact.errors import (
 from roughcontact.halfspace import fft
 from roughcontact.request import outputs, run
 from roughcontact.request.options import FOLDER
-from roughcontact.request.outcome import Outcome
+from roughcontact.request.outcome import Outcome, ignore
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def _run_parts(task: BatchTask) -> TaskResult:
         for part in task.parts:
             try:
                 if task.piece:
-                    result = part.entry.request.solve_subtask(task.piece, _ignore, _ignore)
+                    result = part.entry.request.solve_subtask(task.piece, ignore, ignore)
                     _require_unchanged(task)
                 else:
                     reports[part.number] = _run_part(part, task, carry_out)
@@ -172,7 +172,7 @@ def _run_part(
     """Execute one part; move saved steps of another request aside."""
     entry = part.entry
     try:
-        outcome = carry_out(entry.request, _ignore, None, task.known_results)
+        outcome = carry_out(entry.request, ignore, None, task.known_results)
     except OtherRunError:
         # Only this contact uses the folder; steps may have taken hours, so keep the old ones.
         folder = entry.request.get(FOLDER)
@@ -180,7 +180,7 @@ def _run_part(
         before = folder.with_name(f"{folder.name}.before")
         shutil.rmtree(before, ignore_errors=True)
         folder.rename(before)
-        outcome = carry_out(entry.request, _ignore, None, task.known_results)
+        outcome = carry_out(entry.request, ignore, None, task.known_results)
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:
@@ -191,9 +191,5 @@ def _run_part(
     _require_unchanged(task)
     record = plan.seal_summary({**outcome.record(), **last}, part.digest, outcome.written)
     text = files.to_json(record) + "\n"
-    outputs.write_files([(entry.summary, partial(files.write_atomically, content=text))], _ignore)
+    outputs.write_files([(entry.summary, partial(files.write_atomically, content=text))], ignore)
     return ContactReport(entry.name, SOLVED, record)
-
-
-def _ignore(of: object) -> None:
-    """Ignore a message, a progress state or a preview."""

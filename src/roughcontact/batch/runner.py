@@ -22,6 +22,7 @@ from roughcontact.batch.plan import FAILED, KEPT, SOLVED, ContactReport, Entry
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request.options import FOLDER
+from roughcontact.request.outcome import ignore
 from roughcontact.request.outputs import SavedSteps, UnfinishedError
 
 T = TypeVar("T")
@@ -70,17 +71,13 @@ def task_limit(entries: list[Entry]) -> int:
     return sum(max(1, len(_subtask_ids(contact))) for contact in _group_entries(entries))
 
 
-def _ignore(text: str) -> None:
-    """Ignore a message."""
-
-
 def run_project(
     entries: list[Entry],
     text: Callable[[ContactReport], None],
     engine: Engine | None = None,
     *,
-    say: Callable[[str], None] = _ignore,
-    warn: Callable[[str], None] = _ignore,
+    say: Callable[[str], None] = ignore,
+    warn: Callable[[str], None] = ignore,
 ) -> list[ContactReport]:
     """Run the contacts of a project in parallel, and return their reports."""
     with ExitStack() as stack:

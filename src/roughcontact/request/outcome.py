@@ -37,13 +37,6 @@ def solve_uncalibrated(surface: Surface, **options: Any) -> ContactResult:
     return solve(surface, **options, calibrated=False)
 
 
-def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
-    """Return the cautions on the measurement of maps."""
-    from roughcontact.request.preparation import resolution_cautions
-
-    return resolution_cautions(request, maps)
-
-
 @dataclass(frozen=True, eq=False)
 class TaskContext:
     """Context of a running task."""
@@ -64,7 +57,9 @@ class TaskContext:
     @property
     def extra_cautions(self) -> tuple[Caution, ...]:
         """Cautions from the measurement."""
-        return remarks_on(self.request, self.maps)
+        from roughcontact.request.preparation import resolution_cautions
+
+        return resolution_cautions(self.request, self.maps)
 
     def add_calibrated(self, contact: ContactResult) -> ContactResult:
         """Return a contact with its changes under its second ceiling, the rule of all tasks."""

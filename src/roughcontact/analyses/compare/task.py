@@ -12,7 +12,7 @@ from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.request import options, parsing
 from roughcontact.request.options import Option
-from roughcontact.request.outcome import OnProgress, Outcome, TaskContext, remarks_on
+from roughcontact.request.outcome import OnProgress, Outcome, TaskContext
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Subtasks, Task
@@ -117,7 +117,9 @@ def _read_map(request: Request, path: Path | None, say: Say) -> Surface:
 
 
 def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFindings:
-    extra_cautions = remarks_on(request, [surface])
+    from roughcontact.request.preparation import resolution_cautions
+
+    extra_cautions = resolution_cautions(request, [surface])
     alone = _is_study_alone(request)
     # Check the request first: an error is raised before the first solve.
     requested = None if alone else _load_case(request)

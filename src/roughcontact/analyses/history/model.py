@@ -840,14 +840,12 @@ def _pixels(shift: tuple[float, float], surface: Surface, number: int) -> tuple[
         near = ", ".join(f"{w * edge:.9g}" for w, edge in zip(whole, surface.pixel, strict=True))
         raise InputError(
             f"stage {number}: {ArgumentRef('shift')} ({format_lengths(shift, ', ')}) is no whole "
-            "number "
-            f"of pixels of {format_lengths(surface.pixel)}; the nearest is ({near}) m"
+            f"number of pixels of {format_lengths(surface.pixel)}; the nearest is ({near}) m"
         )
     if any(abs(w) >= points for w, points in zip(whole, surface.shape, strict=True)):
         raise InputError(
             f"stage {number}: {ArgumentRef('shift')} ({format_lengths(shift, ', ')}) is beyond the "
-            "map "
-            f"of {format_lengths(surface.size)}; stay within it"
+            f"map of {format_lengths(surface.size)}; stay within it"
         )
     return whole[0], whole[1]
 

@@ -302,10 +302,6 @@ def _contacts(law: InterfaceLaw) -> list[str]:
     return [f"{100 * step.contact_half / step.contact_fraction:.2g} %" for step in law.steps]
 
 
-def _elastic(law: InterfaceLaw) -> bool:
-    return law.is_elastic
-
-
 def _several(law: InterfaceLaw) -> bool:
     return len(law.maps) > 1
 
@@ -346,7 +342,7 @@ LAW_COLUMNS = (
     Column("contact_deviation"),
     Column("stiffness_deviation", "[Pa/m]"),
     Column("stiffness_half", "[Pa/m]"),
-    Column("persson_separation", "Persson [m]", digits=3, listed=_elastic),
+    Column("persson_separation", "Persson [m]", digits=3, listed=lambda law: law.is_elastic),
     Column("resolved", "resolved", form=lambda value: "yes" if value else "no"),
 )
 """Columns of the steps of an `InterfaceLaw`."""

@@ -145,8 +145,7 @@ def fluid_load_caution(fluid_load: float, load: float) -> Iterator[Caution]:
         yield as_caution(
             CautionTag.FLUID_PRESSURE,
             f"Fluid pressure carries {format_percent(min(share, 1.0))} of the load and opens the "
-            "gap. "
-            "Solve under the rest of the load.",
+            "gap. Solve under the rest of the load.",
             share=share,
         )
 

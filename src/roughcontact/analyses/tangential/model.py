@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
@@ -772,40 +772,30 @@ def _is_cycle(points: Sequence[tuple[float, float]]) -> bool:
     return first == second == third and abs(up - again) <= close and abs(up + down) <= close
 
 
-def _messages(path: _Path, contact: ContactResult) -> list[Caution]:
-    """Return the cautions of the tangential loading."""
-    result = []
+def _messages(path: _Path, contact: ContactResult) -> Iterator[Caution]:
+    """Yield the cautions of the tangential loading."""
     beta = dundurs(contact.pair)
     if abs(beta) > MAX_DUNDURS:
-        result.append(
-            as_caution(
-                CautionTag.UNLIKE_BODIES,
-                f"Unlike bodies (Dundurs β {beta:.2f}): coupling of pressure and traction is "
-                "neglected. Stiffness error is about 3 % or less.",
-                beta=beta,
-            )
+        yield as_caution(
+            CautionTag.UNLIKE_BODIES,
+            f"Unlike bodies (Dundurs β {beta:.2f}): coupling of pressure and traction is "
+            "neglected. Stiffness error is about 3 % or less.",
+            beta=beta,
         )
     area = np.count_nonzero(contact.pressure)
     yields = np.count_nonzero(path.bound >= shear_strength(path.result)) / area
     if yields:
-        result.append(
-            as_caution(
-                CautionTag.SHEAR_YIELD,
-                f"Shear yields on {format_percent(yields)} of the contact at most: traction is "
-                "limited to "
-                "σ_Y/√3 there.",
-                share=yields,
-            )
+        yield as_caution(
+            CautionTag.SHEAR_YIELD,
+            f"Shear yields on {format_percent(yields)} of the contact at most: traction is limited "
+            "to σ_Y/√3 there.",
+            share=yields,
         )
     saturated = np.count_nonzero(contact.saturated) / area
     if saturated:
-        result.append(
-            as_caution(
-                CautionTag.JUNCTION_GROWTH,
-                f"{format_percent(saturated)} of the contact is at the ceiling: shear enlarges "
-                "such "
-                "junctions. The model keeps their area.",
-                share=saturated,
-            )
+        yield as_caution(
+            CautionTag.JUNCTION_GROWTH,
+            f"{format_percent(saturated)} of the contact is at the ceiling: shear enlarges such "
+            "junctions. The model keeps their area.",
+            share=saturated,
         )
-    return result
