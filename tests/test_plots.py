@@ -24,7 +24,7 @@ from roughcontact.contact.solve import solve
 from roughcontact.drawing import export, style
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material.material import Material
-from roughcontact.surface import material_ratio
+from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_percent
@@ -762,10 +762,10 @@ def test_bearing_curve_carries_the_areas_of_the_standard() -> None:
     surface = Surface(heights, (1e-6, 1e-6))
     figure = plots.bearing_curve(surface)
     (axes,) = figure.axes
-    ratio, height = material_ratio.material_ratio_curve(heights)
+    ratio, height = roughness.material_ratio_curve(heights)
     np.testing.assert_allclose(axes.lines[0].get_xdata(), 100 * ratio)
     np.testing.assert_allclose(np.diff(axes.lines[0].get_ydata()), 1e9 * np.diff(height), atol=1e-9)
-    core = material_ratio.core_parameters(ratio, height)
+    core = roughness.core_parameters(ratio, height)
     peaks, dales = (patch.get_path().vertices[:3] for patch in axes.patches)
     # The triangles have the areas of the peaks above and the dales below the core.
     upper = np.interp(core["Smr1"], ratio, height)

@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate, stats
 
 from roughcontact.errors import InputError
-from roughcontact.surface import grid, material_ratio, roughness, spectrum
+from roughcontact.surface import grid, roughness, spectrum
 
 
 def test_rms_height_far_from_zero() -> None:
@@ -104,7 +104,7 @@ def test_developed_area_leaves_out_cells_with_a_hole() -> None:
 
 @pytest.mark.parametrize(
     "function",
-    [roughness.height_parameters, spectrum.autocorrelation, material_ratio.material_ratio_curve],
+    [roughness.height_parameters, spectrum.autocorrelation, roughness.material_ratio_curve],
 )
 def test_map_without_points_raises_input_error(function) -> None:
     with pytest.raises(InputError, match="every point is missing"):

@@ -16,7 +16,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import style
 from roughcontact.errors import InputError, input_error, require_positive
 from roughcontact.solvers import rigid_tilt
-from roughcontact.surface import material_ratio
+from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering, format_percent
 
@@ -129,7 +129,7 @@ def bearing_curve(surface: Surface) -> Figure:
     Figure
         Height above the mean over the share of higher points, with the equivalent straight line
         of the core and the triangles of reduced peaks and dales, see
-        `material_ratio.core_parameters`.
+        `roughness.core_parameters`.
     """
     ratio, height, core, upper = bearing_parts(surface)
     lower = upper - core["Sk"]
@@ -169,8 +169,8 @@ def bearing_curve(surface: Surface) -> Figure:
 
 def bearing_parts(surface: Surface) -> tuple[Array, Array, dict[str, float], float]:
     """Return ratios, heights [m], core parameters and top of the core [m] of a surface."""
-    ratio, height = material_ratio.material_ratio_curve(surface.heights)
-    core = material_ratio.core_parameters(ratio, height)
+    ratio, height = roughness.material_ratio_curve(surface.heights)
+    core = roughness.core_parameters(ratio, height)
     # The core line meets the curve at Smr1 and Smr2, unless it exceeds the heights of the map.
     if core["Smr1"] > 0:
         upper = float(np.interp(core["Smr1"], ratio, height))

@@ -28,7 +28,7 @@ from roughcontact.report.kind import (
     format_value,
     quantity_of,
 )
-from roughcontact.surface import profile_roughness
+from roughcontact.surface import roughness
 from roughcontact.surface.cleaning import filling
 from roughcontact.surface.surface import Surface
 from roughcontact.units import (
@@ -232,7 +232,7 @@ def _options(result: Measured) -> list[str]:
 
 def _brief_parameters(surface: Surface) -> list[Cells]:
     """Return the main parameters of a leveled profile: of the roughness below λc, and of all."""
-    wave, rows = profile_roughness.cutoff(surface.size[1]), []
+    wave, rows = roughness.profile_cutoff(surface.size[1]), []
     if wave is not None:
         head = f"λc {format_engineering(wave, 'm')}"
         rows.append((head, ("Rq", "Ra", "Rz", "Rt"), filtered(surface)))
@@ -341,7 +341,7 @@ FILE_OF_PROFILE = (
     Quantity(
         "cutoff",
         "roughness without waves beyond λc [m]",
-        of=lambda result: profile_roughness.cutoff(result.surface.size[1]),
+        of=lambda result: roughness.profile_cutoff(result.surface.size[1]),
         when=always,
         form=lambda v: (
             "λc not determined: five of 0.08 mm do not fit into the profile"
@@ -362,17 +362,17 @@ def file_table(result: Measured) -> Table:
 
 def filtered(surface: Surface) -> dict[str, float]:
     """Return the parameters of a leveled profile without waves longer than λc, by symbol."""
-    wave = profile_roughness.cutoff(surface.size[1])
+    wave = roughness.profile_cutoff(surface.size[1])
     if wave is None:
         return {}
     heights, spacing = surface.filtered(l=wave).heights[0], surface.pixel[1]
-    rest = round((surface.size[1] - profile_roughness.SECTIONS * wave) / spacing)
+    rest = round((surface.size[1] - roughness.SECTIONS * wave) / spacing)
     end = min(round(0.5 * wave / spacing), rest // 2)
     # The margin absorbs the rounding of positions.
     sections = int((heights.size - 2 * end) * spacing / wave + 0.01)
     points = min(round(sections * wave / spacing), heights.size)
     first = (heights.size - points) // 2
-    return profile_roughness.summary(heights[first : first + points], spacing, sections)
+    return roughness.profile_parameters(heights[first : first + points], spacing, sections)
 
 
 def measured(surface: Surface) -> Measured:

@@ -23,8 +23,6 @@ from roughcontact.surface import (
     cleaning,
     filters,
     grid as grids,
-    material_ratio,
-    profile_roughness,
     resolution,
     roughness,
     spectrum,
@@ -39,7 +37,7 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     """Return the parameters of ISO 25178-2, by the symbols of the standard and in SI units."""
     require_pixel(pixel)
     sal, ratio, largest = spectrum.texture(heights, pixel)
-    curve = material_ratio.material_ratio_curve(heights)
+    curve = roughness.material_ratio_curve(heights)
     return {
         **roughness.height_parameters(heights),
         "Sdq": roughness.rms_gradient(heights, pixel),
@@ -49,9 +47,9 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
         "Str_max": largest,
         "Std": spectrum.lay_direction(heights, pixel),
         "m": roughness.mean_slope(heights, pixel),
-        **material_ratio.core_parameters(*curve),
-        **material_ratio.height_differences(*curve),
-        **material_ratio.volume_parameters(*curve),
+        **roughness.core_parameters(*curve),
+        **roughness.height_differences(*curve),
+        **roughness.volume_parameters(*curve),
     }
 
 
@@ -156,10 +154,10 @@ class Surface(Displayable):
             ``Sxp``, ``Sdc``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``, and ``m``, the mean absolute slope
             along a profile: see `roughcontact.surface.surface.summary`. The map is neither leveled
             nor filtered; missing points are excluded. For a profile ``Pq``, ``Pa``, ``Pt`` and
-            others of ISO 21920-2: see `roughcontact.surface.profile_roughness.summary`.
+            others of ISO 21920-2: see `roughcontact.surface.roughness.profile_parameters`.
         """
         if self.is_profile:
-            return profile_roughness.summary(self.heights[0], self.pixel[1], profile="P")
+            return roughness.profile_parameters(self.heights[0], self.pixel[1], profile="P")
         return summary(self.heights, self.pixel)
 
     def material_ratio(self, height: Quantity) -> float:
@@ -176,7 +174,7 @@ class Surface(Displayable):
             Share of the valid points above the height, from 0 to 1.
         """
         c = to_si(height, "length", "height")
-        return material_ratio.ratio_at(*material_ratio.material_ratio_curve(self.heights), c)
+        return roughness.ratio_at(*roughness.material_ratio_curve(self.heights), c)
 
     def height_at_ratio(self, ratio: float) -> float:
         """Return the height at a material ratio, Smc(mr).
@@ -198,7 +196,7 @@ class Surface(Displayable):
         """
         if not 0 <= ratio <= 1:
             raise input_error("ratio", ratio, "must be between 0 and 1")
-        return float(np.interp(ratio, *material_ratio.material_ratio_curve(self.heights)))
+        return float(np.interp(ratio, *roughness.material_ratio_curve(self.heights)))
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
         """Return the texts of the `resolution_limits` of the map."""

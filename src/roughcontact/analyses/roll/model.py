@@ -31,8 +31,7 @@ from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell
-from roughcontact.surface.material_ratio import core_parameters, material_ratio_curve
-from roughcontact.surface.roughness import rms_height
+from roughcontact.surface.roughness import core_parameters, material_ratio_curve, rms_height
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, to_si
 

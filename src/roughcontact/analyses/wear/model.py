@@ -51,7 +51,7 @@ from roughcontact.halfspace.gpu import runs_on_device
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.operator import Family
 from roughcontact.solvers.progress import Progress, Tell, progress_callback, shows_progress_bar
-from roughcontact.surface import material_ratio, roughness
+from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.resolution import LimitCause, noise_height
 from roughcontact.surface.surface import Surface
@@ -511,9 +511,7 @@ class _Run:
             mean_pressure=result.load / result.contact_area,
             Sq=height["Sq"],
             Ssk=height["Ssk"],
-            Spk=material_ratio.core_parameters(*material_ratio.material_ratio_curve(heights))[
-                "Spk"
-            ],
+            Spk=roughness.core_parameters(*roughness.material_ratio_curve(heights))["Spk"],
             moved=0.0,
         )
 

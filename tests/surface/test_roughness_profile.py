@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.surface import profile_roughness
+from roughcontact.surface import roughness
 
 SPACING = 1e-6
 
@@ -62,14 +62,14 @@ def test_small_peaks_are_no_elements():
     x, z = wave()
     # Ripples below a tenth of Rz cross the mean line, and do not count.
     rippled = z + 8e-8 * np.sin(2 * np.pi * x / 9e-6)
-    assert profile_roughness.summary(rippled, SPACING)["Rsm"] == pytest.approx(1e-4, rel=1e-2)
+    assert roughness.profile_parameters(rippled, SPACING)["Rsm"] == pytest.approx(1e-4, rel=1e-2)
     coarse = z + 1.5e-6 * np.sin(2 * np.pi * x / 2e-5)
-    assert profile_roughness.summary(coarse, SPACING)["Rsm"] < 7e-5
+    assert roughness.profile_parameters(coarse, SPACING)["Rsm"] < 7e-5
 
 
 def test_rz_is_a_mean_over_sections_and_rt_is_not():
     z = np.concatenate([amplitude * wave(1000)[1] for amplitude in (1, 2, 3, 4, 5)])
-    found = profile_roughness.summary(z, SPACING, sections=5)
+    found = roughness.profile_parameters(z, SPACING, sections=5)
     assert found["Rz"] == pytest.approx(6e-6, rel=1e-3)
     assert found["Rt"] == pytest.approx(1e-5, rel=1e-3)
 
@@ -77,21 +77,21 @@ def test_rz_is_a_mean_over_sections_and_rt_is_not():
 def test_missing_points_are_ignored():
     _, z = wave()
     z[1234:1240] = np.nan
-    found = profile_roughness.summary(z, SPACING)
+    found = roughness.profile_parameters(z, SPACING)
     assert found["Rq"] == pytest.approx(1e-6 / math.sqrt(2), rel=5e-3)
     assert found["Rsm"] == pytest.approx(1e-4, rel=1e-2)
     assert math.isfinite(found["Rdq"])
 
 
 def test_a_flat_profile_has_no_shape_parameters():
-    found = profile_roughness.summary(np.zeros(20), SPACING)
+    found = roughness.profile_parameters(np.zeros(20), SPACING)
     assert found["Rq"] == found["Rz"] == found["Rdq"] == 0
     assert all(math.isnan(found[name]) for name in ("Rsk", "Rku", "Rsm"))
 
 
 def test_the_cutoff_is_the_largest_of_which_five_fit():
     assert [
-        profile_roughness.cutoff(length) for length in (0.39e-3, 0.4e-3, 4e-3, 12.5e-3, 1.0)
+        roughness.profile_cutoff(length) for length in (0.39e-3, 0.4e-3, 4e-3, 12.5e-3, 1.0)
     ] == [None, 0.08e-3, 0.8e-3, 2.5e-3, 8e-3]
 
 
@@ -342,5 +342,5 @@ def test_elements_are_measured_between_points(phase):
     # Two crossings of few points each: a share of a point that is missed is seen.
     points = 10.37
     heights = 1e-6 * np.sin(2 * np.pi * np.arange(26) / points + phase)
-    found = profile_roughness.element_width(heights, 1e-6, 1e-8)
+    found = roughness.element_width(heights, 1e-6, 1e-8)
     assert found == pytest.approx(points * 1e-6, rel=3e-3)
