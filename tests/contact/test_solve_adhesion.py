@@ -5,13 +5,13 @@ import math
 import pytest
 from scipy.optimize import brentq
 
-from roughcontact.theory import adhesion
+from roughcontact.theory import indenters
 
 RADIUS, MODULUS = 1e-6, 1e9
 
 
 def work_of(tabor: float) -> float:
-    return MODULUS * math.sqrt((tabor * adhesion.ADHESION_RANGE) ** 3 / RADIUS)
+    return MODULUS * math.sqrt((tabor * indenters.ADHESION_RANGE) ** 3 / RADIUS)
 
 
 def maugis(load: float, strength: float) -> float:
@@ -38,9 +38,9 @@ def maugis(load: float, strength: float) -> float:
 @pytest.mark.parametrize("tabor", [0.02, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0])
 def test_the_area_is_that_of_maugis(tabor: float) -> None:
     work = work_of(tabor)
-    assert adhesion.tabor(RADIUS, MODULUS, work) == pytest.approx(tabor)
+    assert indenters.tabor(RADIUS, MODULUS, work) == pytest.approx(tabor)
     for load in (0.1, 1.0, 10.0, 100.0, 1000.0):
-        found = adhesion.enlargement(load * math.pi * work * RADIUS, RADIUS, MODULUS, work)
+        found = indenters.enlargement(load * math.pi * work * RADIUS, RADIUS, MODULUS, work)
         assert found == pytest.approx(maugis(load, 1.157 * tabor), rel=0.04)
 
 
@@ -49,12 +49,12 @@ def test_large_and_soft_spheres_are_those_of_johnson_kendall_and_roberts(load: f
     work = work_of(1e4)
     x = 1 / load
     exact = (1 + 3 * x + math.sqrt(6 * x + 9 * x * x)) ** (2 / 3)
-    found = adhesion.enlargement(load * math.pi * work * RADIUS, RADIUS, MODULUS, work)
+    found = indenters.enlargement(load * math.pi * work * RADIUS, RADIUS, MODULUS, work)
     assert found == pytest.approx(exact, rel=0.003)
 
 
 def test_pull_off_force_is_between_dmt_and_jkr() -> None:
     for tabor, factor in ((1e-4, 2.0), (1e4, 1.5)):
         work = work_of(tabor)
-        force = adhesion.pull_off(RADIUS, MODULUS, work)
+        force = indenters.pull_off(RADIUS, MODULUS, work)
         assert force == pytest.approx(factor * math.pi * work * RADIUS, rel=1e-3)

@@ -250,9 +250,9 @@ def test_map_without_stored_values_raises_format_error_unread(
         height = file.create_variable("height", ("y", "x"), "f8", chunks=chunks)
         height.attrs["units"] = "m"
         file.attrs.update({"pixel_y": 1e-6, "pixel_x": 1e-6})
-    for reader in (netcdf, matrices):
+    for channels in (netcdf.channels, matrices.hdf5_channels):
         with pytest.raises(FormatError, match=r"'height' in bomb.nc holds 6.7 GiB or more"):
-            reader.channels(path, "")
+            channels(path, "")
     # A field over the depth may be zero nearly everywhere.
     with h5py.File(tmp_path / "field.h5", "w") as file:
         file.create_dataset("strain", (1000, 1000, 200), "f8", chunks=(100, 100, 100))

@@ -21,7 +21,7 @@ from roughcontact.errors import InputError
 from roughcontact.formats.read import read_surface
 from roughcontact.surface import cleaning, filters
 from roughcontact.surface.cleaning import fill_missing
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level
 from roughcontact.surface.surface import Surface
 
 SEEDS = st.integers(0, 10_000)

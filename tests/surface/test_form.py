@@ -6,8 +6,7 @@ from hypothesis import given, settings, strategies as st
 
 from maps import rough
 from roughcontact.errors import InputError
-from roughcontact.surface.form import _Fit, remove_form
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import _Fit, level, remove_form
 
 
 def cap(shape, pixel, radius, centre, holes=0.0, noise=0.0, seed=0):

@@ -5,7 +5,7 @@ import pytest
 
 from roughcontact.errors import InputError
 from roughcontact.surface import roughness
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 

@@ -561,7 +561,7 @@ def _verify(files: Any, specified: Given) -> None:
 @_make_command(INFO, Subject("FILE...", _FILE, nargs=-1))
 def _info(files: Any, specified: Given) -> None:
     from roughcontact.formats import read
-    from roughcontact.formats.no_data import AUTO
+    from roughcontact.formats.source import AUTO
     from roughcontact.report import inputs
 
     assert isinstance(files, Sequence)

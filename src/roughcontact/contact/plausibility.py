@@ -36,7 +36,7 @@ from roughcontact.solvers.progress import Status
 from roughcontact.surface import roughness
 from roughcontact.surface.cleaning import filling
 from roughcontact.surface.surface import Surface
-from roughcontact.theory import adhesion, indenters
+from roughcontact.theory import indenters
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
 
 TRANSITION = 2.0
@@ -177,11 +177,11 @@ def adhesion_caution(result: ContactResult) -> Caution | None:
         return None
     load = np.where(carrying, spots.load, np.inf)
     radius = 4 * modulus * (spots.area / np.pi) ** 1.5 / (3 * load)
-    drawn = adhesion.ADHESION_RANGE * np.maximum(adhesion.tabor(radius, modulus, work), 1.0)
+    drawn = indenters.ADHESION_RANGE * np.maximum(indenters.tabor(radius, modulus, work), 1.0)
     felt = carrying & (drawn > min(MIN_ROUGHNESS, 0.1 * min(result.surface.pixel)))
     grown, pull = np.ones(load.shape), np.zeros(load.shape)
-    grown[felt] = adhesion.enlargement(load[felt], radius[felt], modulus, work)
-    pull[felt] = adhesion.pull_off(radius[felt], modulus, work) / load[felt]
+    grown[felt] = indenters.enlargement(load[felt], radius[felt], modulus, work)
+    pull[felt] = indenters.pull_off(radius[felt], modulus, work) / load[felt]
     times, share = spots.load_weighted_median(grown), spots.load_weighted_median(pull)
     if not times > CAUTION_GROWTH:
         return None

@@ -79,9 +79,6 @@ SUFFIXES = {
     "zon": (".zon",),
 }
 
-# Formats whose suffix may also be three digits: Bruker's number the scans.
-NUMBERED = ("di",)
-
 # A length unit does not make a channel a height: a calibrated deflection or amplitude error is in
 # nm, too. SurfaceTopography 1.27 reports all channels of a Bruker file as heights.
 _NOT_HEIGHT = re.compile(

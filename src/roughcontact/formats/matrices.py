@@ -37,7 +37,7 @@ from roughcontact.formats.source import (
     to_meters,
     unit_in_meters,
 )
-from roughcontact.formats.text_exports import Head
+from roughcontact.formats.text_files import Head
 from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -658,7 +658,7 @@ _UNIT_NAMES = ("unit", "units", "Unit", "Units")
 
 def read_hdf5(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return a matrix of an HDF5 file; its rows run along y."""
-    result = channels(path, name)
+    result = hdf5_channels(path, name)
     listed = [entry.name for entry in result]
     heights = [entry.name for entry in result if entry.is_height]
     names = listed if requested.channel is not None else heights or listed
@@ -673,7 +673,7 @@ def read_hdf5(path: Path, name: str, requested: ReadOptions) -> Surface:
     return scale_array(path, values, about, unit, requested)
 
 
-def channels(path: Path, name: str) -> tuple[Channel, ...]:
+def hdf5_channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the matrices of real numbers in an HDF5 file."""
     with content.hdf5_errors(path):
         stored = netcdf.check_hdf5(path)

@@ -16,7 +16,7 @@ from roughcontact._tools.arrays import Array
 from roughcontact.errors import FormatError
 from roughcontact.formats import matrices, text_files
 from roughcontact.formats.source import Channel, ReadOptions, damage_as_error
-from roughcontact.formats.text_exports import Head
+from roughcontact.formats.text_files import Head
 from roughcontact.surface.surface import Surface
 
 _STL_HEAD = 84

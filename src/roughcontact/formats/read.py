@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.formats import (
@@ -19,23 +19,22 @@ from roughcontact.formats import (
     matrices,
     meshes,
     netcdf,
-    no_data as codes,
-    profile_records,
     spreadsheets,
+    text_files,
 )
 from roughcontact.formats.source import (
+    NONE,
     Channel,
     InputFormat,
     ReadOptions,
     check_scale,
+    describe_codes,
+    mark_missing,
     open_existing,
 )
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities
-
-if TYPE_CHECKING:
-    pass
 
 
 def _read_container(path: Path, name: str, requested: ReadOptions) -> Surface:
@@ -54,7 +53,9 @@ FORMATS: tuple[InputFormat, ...] = (
         "xlsx", (".xlsx",), spreadsheets.read_workbook, spreadsheets.channels, has_codes=True
     ),
     InputFormat(containers.NAME, (".zip",), _read_container, _container_channels, has_codes=True),
-    InputFormat("hdf5", (".h5", ".hdf5"), matrices.read_hdf5, matrices.channels, has_codes=True),
+    InputFormat(
+        "hdf5", (".h5", ".hdf5"), matrices.read_hdf5, matrices.hdf5_channels, has_codes=True
+    ),
     InputFormat(
         "text",
         (".csv", ".txt", ".asc", ".xyz", ".hfm"),
@@ -69,15 +70,9 @@ FORMATS: tuple[InputFormat, ...] = (
         InputFormat(name, (f".{name}",), meshes.read_mesh, meshes.channels, has_codes=True)
         for name in ("stl", "ply", "obj")
     ),
-    InputFormat("smd", (".smd", ".sig"), profile_records.read_profile, profile_records.channels),
+    InputFormat("smd", (".smd", ".sig"), text_files.read_profile, text_files.profile_channels),
     *(
-        InputFormat(
-            name,
-            suffixes,
-            instruments.read_instrument,
-            instruments.channels,
-            name in instruments.NUMBERED,
-        )
+        InputFormat(name, suffixes, instruments.read_instrument, instruments.channels)
         for name, suffixes in instruments.SUFFIXES.items()
     ),
 )
@@ -87,7 +82,8 @@ SUFFIXES = {suffix: known.name for known in FORMATS for suffix in known.suffixes
 """Suffix of a file -> name of the format; a suffix of three digits is also Bruker's ``di``."""
 
 _PIPED, _PACKED = ".txt", ".gz"
-_THREE_DIGITS = re.compile(r"\.\d{3}")
+# Bruker's format, which numbers the scans.
+_NUMBERED, _THREE_DIGITS = "di", re.compile(r"\.\d{3}")
 
 
 def read_surface(
@@ -171,33 +167,22 @@ def read_announced(
     path: str | os.PathLike[str],
     announced: Callable[[tuple[int, int]], None],
     format: str | None = None,  # noqa: A002 - the word a user looks for
-    channel: str | int | None = None,
-    unit: str | None = None,
-    size: Quantities | str | None = None,
-    override_size: bool = False,
-    no_data: float | str | None = None,
+    *options: Any,
 ) -> Surface:
     """Read a surface like `read_surface`; its size may be rejected before its heights."""
     with _open_with_format(path, format) as (file, known):
-        return _read_map(
-            file, known, format, ReadOptions(channel, unit, size, override_size, no_data, announced)
-        )
+        requested = replace(ReadOptions(*options), announced=announced)
+        return _read_map(file, known, format, requested)
 
 
 def read_with_channels(
     path: str | os.PathLike[str],
     format: str | None = None,  # noqa: A002 - the word a user looks for
-    channel: str | int | None = None,
-    unit: str | None = None,
-    size: Quantities | str | None = None,
-    override_size: bool = False,
-    no_data: float | str | None = None,
+    **options: Any,
 ) -> tuple[Surface, tuple[Channel, ...]]:
     """Read a surface and list its channels, also from a pipe, which can be read only once."""
     with _open_with_format(path, format) as (file, known):
-        surface = _read_map(
-            file, known, format, ReadOptions(channel, unit, size, override_size, no_data)
-        )
+        surface = _read_map(file, known, format, ReadOptions(**options))
         return surface, known.channels(file, known.name)
 
 
@@ -229,28 +214,29 @@ def _read_map(
     about = surface.provenance
     read = {} if about.origin is None else dict(about.origin.found)
     has_codes = known.has_codes and not read.pop("marks_missing", False)
-    heights, marked = codes.mark_missing(
+    heights, marked = mark_missing(
         file.name,
         surface.heights,
         read.get("unit", 1.0),
-        codes.NONE if requested.no_data is None and not has_codes else requested.no_data,
+        NONE if requested.no_data is None and not has_codes else requested.no_data,
     )
     if marked:
         surface = replace(surface, heights=heights)
     # Those of a profile were marked before it was interpolated.
     marked = {**marked, **dict(read.pop("no_data", ()))}
     check_scale(file, surface)
-    said: dict[str, object] = {
+    specified: dict[str, object] = {
+        "path": file.name,
+        "format": wanted,
         "channel": requested.channel,
         "unit": requested.unit,
         "size": requested.size,
     }
     if requested.override_size:
-        said["override_size"] = True
+        specified["override_size"] = True
     if requested.no_data is not None:
-        said["no_data"] = requested.no_data
-    specified = {"path": file.name, "format": wanted, **said}
-    notes = replace(about, origin=None).steps + codes.describe_codes(marked)
+        specified["no_data"] = requested.no_data
+    notes = replace(about, origin=None).steps + describe_codes(marked)
     size = surface.size[surface.is_profile :]
     result = {"format": known.name, "size": size, "notes": notes, **read}
     if any(marked.values()):
@@ -269,18 +255,10 @@ def _format_of(path: Path, wanted: str | None = None, piped: bool = False) -> In
         raise input_error("format", wanted, f"must be one of {names}")
     # The name of a process substitution such as <(zcat map.csv.gz) is a number.
     suffix = _suffix(path) or (_PIPED if piped else "")
-    numbered = _THREE_DIGITS.fullmatch(suffix) is not None
-    hinted = next(
-        (
-            known.name
-            for known in FORMATS
-            if suffix in known.suffixes or (numbered and known.numbered)
-        ),
-        None,
-    )
-    text = content.format_of(path, hinted)
+    hinted = _NUMBERED if _THREE_DIGITS.fullmatch(suffix) else SUFFIXES.get(suffix)
+    found = content.format_of(path, hinted)
     for known in FORMATS:
-        if known.name == text:
+        if known.name == found:
             return known
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(

@@ -1,4 +1,15 @@
-"""Headers of text files, lists of points on a grid, and profiles in columns of text."""
+"""Text files: their headers, points on a grid, and profiles in columns or in records.
+
+`parse_export`: Zygo's XYZ, format 1, as in the reference of MetroPro: 13 lines and ``#``, the pixel
+[m] as seventh number of line 8, heights in micrometers. Keyence's CSV: lines ``"key","value"`` and
+``"key","value","unit"``, then the name of the quantity and the rows; keys are translated, so that
+the order and the units decide.
+
+SMD and PRF describe the axes by lines ``CX`` and ``CZ``: kind of axis, number of points, unit,
+factor, type of number, and in SMD the spacing; PRF gives it in a line ``SPACING``. Records end with
+the control character ETX or ``EOR``. SigmaSurf, of OmniSurf's maker, names spacing and heights
+``…_UM``.
+"""
 
 from __future__ import annotations
 
@@ -16,16 +27,18 @@ from roughcontact import units
 from roughcontact._tools import memory
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.formats.no_data import mark_missing
 from roughcontact.formats.source import (
+    Channel,
     ReadOptions,
+    damage_as_error,
     is_length,
     make_surface,
+    mark_missing,
+    refuse_unit,
     resolve_pixel,
     to_meters,
     unit_in_meters,
 )
-from roughcontact.formats.text_exports import Head, parse_export
 from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -540,3 +553,171 @@ def read_single_column(path: Path, heights: Array, requested: ReadOptions) -> Su
     pixel = resolve_pixel(path, None, (1, heights.size), requested)
     about = Provenance(path.name, "profile (text)")
     return make_surface(path, to_meters(heights[None], metre), pixel, about, metre)
+
+
+@dataclass(frozen=True)
+class Head:
+    """Properties of the values that a text file states."""
+
+    lines: int  # Number of lines of the header
+    channel: str = ""  # Name of the channel
+    unit: str = ""  # Unit of the heights as the file spells it
+    factor: float = 1.0  # Factor to this unit
+    lateral: float | None = None  # Unit [m] of coordinates of points; 0 if unknown
+    pixel: tuple[float, float] | None = None  # Pixel edges `(dy, dx)` [m]
+    sides: tuple[float, float] | None = None  # Sides `(y, x)` [m]
+    points: tuple[int, int] | None = None  # Rows and columns of the matrix
+    turned: bool = False  # Whether a line of the file is along y
+    columns: bool = False  # Whether three columns are named x, y and z
+    skipped: bool = False  # Whether its lines were not understood
+    doubtful: int = 0  # Number of its last lines that may be rows with a damaged number
+    texts: tuple[str, ...] = ()  # Its lines
+    announced: str = ""  # Number of values that a separate line states
+
+    @property
+    def is_map(self) -> bool:
+        """Whether the header describes a matrix."""
+        return bool(self.points or self.sides or self.pixel)
+
+    def pixel_of(self, shape: tuple[int, int]) -> tuple[float, float] | None:
+        """Return the pixel edges [m] of a matrix of this shape, if the header has them."""
+        if self.sides is not None:
+            return self.sides[0] / shape[0], self.sides[1] / shape[1]
+        return self.pixel
+
+
+_ZYGO = re.compile(r"Zygo \w+ Data File - Format (\d)", re.IGNORECASE)
+# Line of the camera resolution [m], and its place.
+_ZYGO_LINES, _ZYGO_CAMERA = 40, (7, 6)
+
+_QUOTED = re.compile(r'"([^"]*)"')
+
+
+def parse_export(path: Path, lines: Iterable[str], limit: int) -> tuple[Head | None, list[str]]:
+    """Return the header of an export, if the lines are one, and the lines that were read."""
+    first = next(iter(lines), "")
+    zygo = _ZYGO.match(first)
+    if zygo is not None:
+        if zygo[1] != "1":
+            raise FormatError(
+                f"{path.name} holds phases of Zygo (format {zygo[1]}), no heights; export it as XYZ"
+            )
+        return _parse_zygo(lines), []
+    read = [first]
+    entries: list[list[str]] = []
+    while len(read) < limit and (cells := _QUOTED.findall(read[-1])):
+        entries.append(cells)
+        if len(cells) == 1 and len(entries) > 1:
+            break
+        read.append(next(iter(lines), ""))
+        while len(read) < limit and read[-1] and not read[-1].strip():
+            read.append(next(iter(lines), ""))
+    return _parse_entries(path, entries, len(read)), read
+
+
+def _parse_zygo(lines: Iterable[str]) -> Head:
+    """Return the header of Zygo's points, whose coordinates are counted in pixels."""
+    rows = [
+        line.split()
+        for line in itertools.takewhile(
+            lambda line: line.strip() != "#", itertools.islice(lines, _ZYGO_LINES)
+        )
+    ]
+    # The first line was read before.
+    line, place = _ZYGO_CAMERA
+    try:
+        camera = float(rows[line - 1][place])
+    except (IndexError, ValueError):
+        camera = 0.0
+    return Head(len(rows) + 2, unit="um", lateral=camera, columns=True)
+
+
+def _parse_entries(path: Path, entries: list[list[str]], lines: int) -> Head | None:
+    """Return the header in quoted entries that end in the name of a quantity."""
+    place = next((i for i, cells in enumerate(entries) if len(cells) == 3 and "XY" in cells[0]), 0)
+    if not place or len(entries[-1]) != 1:
+        return None
+    (_, edge, unit), channel = entries[place], entries[-1][0]
+    heights = [cells[1] for cells in entries[place:] if len(cells) == 2]
+    found = next((word for word in reversed(heights) if word and is_length(path, word)), None)
+    if found is None:
+        raise FormatError(f"{path.name} holds {channel!r}, no heights; export the heights")
+    try:
+        pixel = float(edge.replace(",", ".")) * unit_in_meters(path, unit)
+    except ValueError:
+        raise FormatError(f"{path.name} states its pixel wrongly: {edge!r} {unit}") from None
+    counts = next(
+        (
+            (int(below), int(word))
+            for word, below in itertools.pairwise(heights)
+            if word.isdecimal() and below.isdecimal()
+        ),
+        None,
+    )
+    return Head(lines, channel=channel, unit=found, pixel=(pixel, pixel), points=counts)
+
+
+_END = re.compile(r"^\s*(?:EOR|\x03)\s*$", re.MULTILINE)
+_MISSING = re.compile(r"^\s*(?:BAD|NaN|-+)\s*$", re.IGNORECASE | re.MULTILINE)
+# Heights in their unit, NaN where missing, the unit [m], and the distance of the points [m].
+_Profile = tuple[Array, float, float]
+
+
+def _load(path: Path) -> _Profile:
+    memory.require_size(path.name, path.stat().st_size)
+    with damage_as_error(path, "a profile in records", "copy or export it again"):
+        text = path.read_text(encoding="latin-1").replace("\0", " ")
+        profile = _sigma_surf(text) if text.startswith("SigmaSurf") else _records(path, text)
+    heights, _, spacing = profile
+    if heights.size < 2 or not spacing > 0:
+        raise FormatError(
+            f"{path.name} lists {heights.size} points {spacing:g} m apart, no profile; export it "
+            "again"
+        )
+    return profile
+
+
+def _records(path: Path, text: str) -> _Profile:
+    records = _END.split(text)
+    lines = [line.split() for line in itertools.chain(*(part.splitlines() for part in records[:2]))]
+    (_, _, count, unit, factor, *_) = axis = next(line for line in lines if line[:1] == ["CZ"])
+    along = next(line for line in lines if line[:1] == ["CX"])
+    spacing = next((line[2] for line in lines if line[:2] == ["SPACING", "CX"]), along[-1])
+    if axis[1] == "R":
+        raise FormatError(f"{path.name} holds heights relative to each other; export it again")
+    heights = _numbers(records[2])
+    if heights.size != round(float(count)):
+        raise ValueError(f"{heights.size} heights, {count} announced")
+    return (
+        heights,
+        float(factor) * unit_in_meters(path, unit.lower()),
+        float(spacing) * float(along[4]) * unit_in_meters(path, along[3].lower()),
+    )
+
+
+def _sigma_surf(text: str) -> _Profile:
+    head, _, body = text.partition("PROFILE_UM:")
+    found = re.search(r"SPACING_UM:\s*(\S+)", head)
+    if found is None:
+        raise ValueError("no SPACING_UM")
+    return _numbers(body), 1e-6, float(found[1]) * 1e-6
+
+
+def _numbers(text: str) -> Array:
+    return np.array(_MISSING.sub("nan", text).split(), dtype=np.float64)
+
+
+def read_profile(path: Path, name: str, requested: ReadOptions) -> Surface:
+    """Return the profile in a file."""
+    heights, unit, spacing = _load(path)
+    refuse_unit(path, requested)
+    requested.check_shape((1, heights.size))
+    stated = PROFILE_WIDTH, spacing
+    pixel = resolve_pixel(path, stated, (1, heights.size), requested)
+    about = Provenance(path.name, f"profile ({name})")
+    return make_surface(path, to_meters(heights[None], unit), pixel, about, unit, stated)
+
+
+def profile_channels(path: Path, name: str) -> tuple[Channel, ...]:
+    """Return the profile as the only channel."""
+    return (Channel("", "", True, (1, _load(path)[0].size)),)

@@ -39,7 +39,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
-from roughcontact.surface import filters, grid, leveling
+from roughcontact.surface import filters, form, grid
 
 Placement = tuple[Array, Array]
 
@@ -128,7 +128,7 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
     smoothing = cutoffs(placement)
     values = heights
     if any(smoothing):
-        residual = leveling.level(heights)
+        residual = form.level(heights)
         values = filters.along_axes(residual, smoothing) + (heights - residual)
     if holes:
         from roughcontact.surface.cleaning import fill_missing

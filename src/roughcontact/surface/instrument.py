@@ -44,7 +44,7 @@ from roughcontact._tools.files import replace_unprintable
 from roughcontact.errors import InputError, input_error, require_choice
 from roughcontact.halfspace import fft
 from roughcontact.surface import resolution as resolutions
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level
 from roughcontact.surface.random_surfaces import generator_of
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, to_si

@@ -52,7 +52,7 @@ from roughcontact.errors import (
 )
 from roughcontact.surface import grid
 from roughcontact.surface.cleaning import largest_rectangle
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level
 from roughcontact.surface.spectrum import radial_spectrum
 
 

@@ -27,8 +27,7 @@ from roughcontact.surface import (
     roughness,
     spectrum,
 )
-from roughcontact.surface.form import remove_form
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level, remove_form
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, to_si
 
@@ -244,7 +243,7 @@ class Surface(Displayable):
         form : {"plane", "quadric", "mean", "robust", "three-point"}
             Form that is fitted to the valid points and subtracted: a least-squares plane, quadric
             or mean; a plane insensitive to outliers ("robust"); or the plane through three points.
-            See `leveling.level`.
+            See `form.level`.
         points : three pairs of int, optional
             Indices ``(y, x)`` of the points for "three-point".
 

@@ -55,8 +55,8 @@ from roughcontact.errors import ArgumentRef, InputError, Sentence, require_choic
 from roughcontact.halfspace.fft import Workspace, limit_threads
 from roughcontact.solvers.progress import Progress, Step, Tell
 from roughcontact.surface import filters, resolution
+from roughcontact.surface.form import level
 from roughcontact.surface.instrument import Instrument
-from roughcontact.surface.leveling import level
 from roughcontact.surface.random_surfaces import seed_of
 from roughcontact.surface.surface import Surface
 from roughcontact.uncertainty import reconstruction

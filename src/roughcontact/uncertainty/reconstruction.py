@@ -56,8 +56,8 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace import fft
 from roughcontact.surface import filters
 from roughcontact.surface.cleaning import fill_missing
+from roughcontact.surface.form import level
 from roughcontact.surface.instrument import Instrument, dilated
-from roughcontact.surface.leveling import level
 from roughcontact.surface.random_surfaces import random_amplitudes
 
 Array = NDArray[np.float64]

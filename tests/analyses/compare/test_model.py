@@ -18,7 +18,7 @@ from roughcontact.analyses.compare import report as comparison
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef
-from roughcontact.surface import leveling, roughness
+from roughcontact.surface import form, roughness
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 PIXEL = (1e-6, 1e-6)
@@ -46,7 +46,7 @@ def patches(count: int, side: int, rms: float, rolloff: float, seed: int) -> lis
         )
         step = side + 16
         found += [
-            rc.Surface(leveling.level(heights[i : i + side, j : j + side]), PIXEL)
+            rc.Surface(form.level(heights[i : i + side, j : j + side]), PIXEL)
             for i in range(0, 512 - side + 1, step)
             for j in range(0, 512 - side + 1, step)
         ]

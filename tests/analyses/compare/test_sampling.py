@@ -12,7 +12,7 @@ from roughcontact._tools import statistics
 from roughcontact.analyses.compare import report as comparison
 from roughcontact.cautions import CautionTag
 from roughcontact.report.presentation import presentation_of
-from roughcontact.surface import leveling
+from roughcontact.surface import form
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 PIXEL = (1e-6, 1e-6)
@@ -28,7 +28,7 @@ def patch(side: int, rolloff: float, *seed: int) -> rc.Surface:
         cutoff_wavelength=4e-6,
         rng=np.random.default_rng(seed),
     )
-    return rc.Surface(leveling.level(heights[:side, :side]), PIXEL)
+    return rc.Surface(form.level(heights[:side, :side]), PIXEL)
 
 
 def study(surface: rc.Surface) -> rc.results.SamplingStudy:

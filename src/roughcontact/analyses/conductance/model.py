@@ -64,7 +64,7 @@ from roughcontact.material import catalog, fluids
 from roughcontact.material.hardness import vickers_correlation
 from roughcontact.material.material import Conductor, Layer
 from roughcontact.surface import roughness
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level
 from roughcontact.theory import constriction
 from roughcontact.theory.constriction import hottest_spot
 from roughcontact.theory.rarefied_gas import jump_distance, mean_free_path

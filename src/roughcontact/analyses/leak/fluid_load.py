@@ -39,7 +39,7 @@ from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.errors import ConvergenceError, InputError
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering
 

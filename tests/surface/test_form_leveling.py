@@ -5,7 +5,7 @@ from scipy.optimize import minimize_scalar
 from maps import rough
 from roughcontact.errors import InputError
 from roughcontact.surface import grid
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level
 
 
 @pytest.mark.parametrize("form", ["mean", "plane", "quadric"])
