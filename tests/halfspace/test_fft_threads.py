@@ -83,7 +83,7 @@ FEW = {
     },
     "surface.resolution": {"_exponent": "bins of a spectrum"},
     "elastoplastic.plastic_flow": {"plastic_volume": "layers"},
-    "elastoplastic.plastic_body": {"plastic_volume": "layers"},
+    "elastoplastic.volume_result": {"plastic_volume": "layers"},
 }
 
 

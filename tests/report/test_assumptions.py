@@ -10,7 +10,7 @@ import pytest
 import roughcontact as rc
 from paths import ROOT
 from roughcontact.cautions import CautionTag
-from roughcontact.contact import near_contact, plausibility
+from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Swift
@@ -148,15 +148,15 @@ def test_the_slopes_of_a_report_are_those_of_the_page_on_assumptions() -> None:
     assert table is not None
     result = solve_surface(rough())
     shapes, loads = errors(result)
-    ratio = float(table[1]) / near_contact.rms_slope(result)
+    ratio = float(table[1]) / plausibility.rms_slope(result)
     assert round(100 * (shapes * ratio**2 + loads * ratio)) == int(table[2])
     # "Allow for 5 to 10 % at 0.3."
-    ratio = 0.3 / near_contact.rms_slope(result)
+    ratio = 0.3 / plausibility.rms_slope(result)
     assert 0.05 <= shapes * ratio**2 + loads * ratio <= 0.1
 
 
 def test_sideways_displacement_counts_where_bodies_differ() -> None:
-    slope = near_contact.rms_slope(solve_surface(rough()))
+    slope = plausibility.rms_slope(solve_surface(rough()))
     # Hay, Bolshakov and Pharr 1999, eq. (12).
     c = (1 - 2 * 0.3) / (4 * (1 - 0.3)) * slope
     cone = math.pi * (math.pi / 4 + 0.15483073 * c) / (math.pi / 2 - 0.83119312 * c) ** 2 - 1
@@ -177,7 +177,7 @@ def test_sideways_displacement_under_a_cylinder() -> None:
     x = (np.arange(20000) + 0.5) / 20000
     carried = 2 * float(np.sqrt(1 - x**2).mean())
     peak = 1 / (2 * (1 - 0.3**2))  # over E a/R
-    moved = (1 - 2 * 0.3) * (1 + 0.3) / 2 * carried * peak * near_contact.rms_slope(result)
+    moved = (1 - 2 * 0.3) * (1 + 0.3) / 2 * carried * peak * plausibility.rms_slope(result)
     assert errors(result)[1] == pytest.approx(moved, rel=0.01)
 
 
@@ -326,7 +326,7 @@ def test_map_without_slopes_is_stated() -> None:
     heights = np.full((4, 4), np.nan)
     heights[::2, ::2] = 0.0
     result = solve_surface(rc.Surface(heights, PIXEL).masked(), load=1e-6)
-    assert math.isnan(near_contact.rms_slope(result))
+    assert math.isnan(plausibility.rms_slope(result))
     assert stated_assumptions(result)["Small slopes"] == "no slope is known on this map"
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from roughcontact.elastoplastic.plastic_body import DepthProfile, DepthSection
+    from roughcontact.elastoplastic.volume_result import DepthProfile, DepthSection
 
 Array = NDArray[Any]
 # Values, name and lowest value of a line; values, name, colors and limits of a field.

@@ -17,8 +17,7 @@ from roughcontact._tools import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.archive import Verification, verify_solution
 from roughcontact.contact.result import ContactResult
-from roughcontact.elastoplastic.plastic_body import PlasticBody
-from roughcontact.elastoplastic.volume_result import ElastoplasticResult, Increment
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult, Increment, PlasticBody
 from roughcontact.errors import FormatError, InsufficientMemoryError
 
 _COMPONENTS = ("zz", "(xx-yy)/2", "xy", "xz", "yz")

@@ -25,14 +25,13 @@ from numpy.typing import NDArray
 
 from roughcontact.elastoplastic import plastic_flow
 from roughcontact.elastoplastic.checkpoints import Checkpoint
-from roughcontact.elastoplastic.plastic_body import GUARD
 from roughcontact.elastoplastic.problem import (
     ContactSolver,
     ElastoplasticProblem,
     Extent,
     is_within_memory,
 )
-from roughcontact.elastoplastic.volume_result import CONVERGED, Increment, PathPoint
+from roughcontact.elastoplastic.volume_result import CONVERGED, GUARD, Increment, PathPoint
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.layers import Pull

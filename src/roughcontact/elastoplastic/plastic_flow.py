@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.elastoplastic.plastic_body import PlasticBody
+from roughcontact.elastoplastic.volume_result import PlasticBody
 from roughcontact.halfspace import fft, tensors
 from roughcontact.halfspace.fft import Workspace, frequencies, half_frequencies
 from roughcontact.halfspace.layers import Pull

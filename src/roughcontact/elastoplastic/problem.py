@@ -14,8 +14,11 @@ from roughcontact._tools import memory
 from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.validation import touchable_gap
-from roughcontact.elastoplastic.plastic_body import GUARD
-from roughcontact.elastoplastic.volume_result import ElastoplasticResult, move_counter_surface
+from roughcontact.elastoplastic.volume_result import (
+    GUARD,
+    ElastoplasticResult,
+    move_counter_surface,
+)
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic_halfspace
 from roughcontact.halfspace.fft import Workspace, default_workers

@@ -45,8 +45,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.files import atomic_write, require_suffix
-from roughcontact.elastoplastic.plastic_body import PlasticBody
-from roughcontact.elastoplastic.volume_result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult, PlasticBody
 from roughcontact.formats import tables
 from roughcontact.formats.source import BLOCK, iter_blocks, little_endian
 from roughcontact.halfspace.tensors import equivalent, tensor

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.contact import near_contact
+from roughcontact.contact import plausibility
 from roughcontact.contact.plausibility import LARGE_SLOPE, LARGE_STRAIN, load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
@@ -75,7 +75,7 @@ def contact_case(
         pair.size,
         pair.pixel,
         pair.rms_slope,
-        near_contact.rms_slope(result),
+        plausibility.rms_slope(result),
         result.max_pressure,
         result.ceiling,
         result.saturated_fraction > 0,

@@ -21,10 +21,9 @@ from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact import archive as contact_archive
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.elastoplastic import archive, plausibility
-from roughcontact.elastoplastic.plastic_body import PlasticBody
 from roughcontact.elastoplastic.plastic_flow import yield_strain
 from roughcontact.elastoplastic.solve import TOLERANCE, solve_elastoplastic
-from roughcontact.elastoplastic.volume_result import ElastoplasticResult, PathPoint
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult, PathPoint, PlasticBody
 from roughcontact.errors import InputError, input_error, require_count
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Perfect

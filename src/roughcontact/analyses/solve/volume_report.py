@@ -11,8 +11,7 @@ from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.solve.report import hertz_blocks, spot_rows
 from roughcontact.drawing import elastoplastic as plots
 from roughcontact.elastoplastic import archive, plausibility, volume_result as depth
-from roughcontact.elastoplastic.plastic_body import LayerProfile
-from roughcontact.elastoplastic.volume_result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult, LayerProfile
 from roughcontact.formats import export
 from roughcontact.report import (
     assumptions,

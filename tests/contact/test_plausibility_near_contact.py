@@ -6,7 +6,7 @@ import pytest
 import roughcontact as rc
 from messages import fault
 from roughcontact.cautions import Caution, CautionTag
-from roughcontact.contact import near_contact, plausibility
+from roughcontact.contact import plausibility
 from roughcontact.errors import ArgumentRef
 from roughcontact.surface import nominal_bodies
 
@@ -35,13 +35,13 @@ def test_near_region_of_a_sphere_is_the_overlap() -> None:
     # Hertz: the undeformed sphere overlaps the plane in √2 times the contact radius, δ = a²/R.
     result = press_sphere(load=5e-3)
     overlap = np.sqrt(2 * R * result.approach)
-    near = near_contact.points_near_contact(result)
+    near = plausibility.points_near_contact(result)
     assert near[result.contact].all()
     radius = np.sqrt(near.sum() * PIXEL[0] * PIXEL[1] / np.pi)
     assert radius == pytest.approx(overlap, rel=0.02)
     # The mean of (r/R)² over that disk is half of its value at the rim.
     expected = overlap / R / np.sqrt(2)
-    assert near_contact.rms_slope(result) == pytest.approx(expected, rel=0.06)
+    assert plausibility.rms_slope(result) == pytest.approx(expected, rel=0.06)
 
 
 def test_steep_contact_is_reported() -> None:
@@ -62,10 +62,10 @@ def test_missing_points_count_inside_contact_only() -> None:
         rc.solve(rc.Surface(heights, PIXEL).masked(), material=STEEL, load=1e-4)
         for heights in (inside, outside)
     )
-    assert near_contact.missing_points(other) == (0, 0.0)
+    assert plausibility.missing_points(other) == (0, 0.0)
     assert CautionTag.MISSING not in kinds(other)
     (caution,) = (c for c in one.cautions if c.kind == CautionTag.MISSING)
-    near = near_contact.points_near_contact(one).sum()
+    near = plausibility.points_near_contact(one).sum()
     assert caution.numbers["missing"] == 2
     assert caution.numbers["share"] == pytest.approx(2 / (2 + near))
 
@@ -130,13 +130,13 @@ def test_periodic_map_has_no_step() -> None:
     noise = rc.Surface(1e-9 * np.random.default_rng(3).normal(size=(64, 64)), PIXEL)
     for surface in (rc.Surface(*rc.reference_map(64)), sphere, noise):
         result = rc.solve(surface, material=STEEL, load=1e-4, boundary="periodic")
-        assert near_contact.find_periodic_step(result) is None
+        assert plausibility.find_periodic_step(result) is None
 
 
 def test_one_point_is_near_the_edge_of_a_small_map() -> None:
     small = bent((16, 12))
     result = rc.solve(small, material=STEEL, load=1e-5, boundary="periodic-x")
-    found = near_contact.find_periodic_step(result)
+    found = plausibility.find_periodic_step(result)
     assert found is not None
     assert found.width == 1 / 12
     assert found.area == pytest.approx(2 / 12)
@@ -146,7 +146,7 @@ def test_one_point_is_near_the_edge_of_a_small_map() -> None:
 def test_edges_of_a_periodic_profile_are_compared() -> None:
     profile = rc.Surface(bent((4, 200)).heights[0], PIXEL[1])
     result = rc.solve(profile, material=STEEL, load="1 N/mm", boundary="periodic")
-    found = near_contact.find_periodic_step(result)
+    found = plausibility.find_periodic_step(result)
     assert found is not None
     assert found.load > 0.3
     assert found.area == pytest.approx(0.1)
@@ -155,5 +155,5 @@ def test_edges_of_a_periodic_profile_are_compared() -> None:
 def test_profile_has_a_slope_near_its_contact() -> None:
     x = np.arange(-50, 50) * 1e-6
     result = rc.solve(rc.Surface(-(x**2) / 2e-3, 1e-6), material=STEEL, load="10 N/mm")
-    slope = near_contact.rms_slope(result)
+    slope = plausibility.rms_slope(result)
     assert 0 < slope < result.pair.rms_slope

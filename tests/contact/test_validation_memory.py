@@ -12,10 +12,10 @@ import pytest
 import roughcontact as rc
 from roughcontact._tools import memory
 from roughcontact.cli import app
-from roughcontact.contact import memory as contact_memory, solve
-from roughcontact.contact.memory import MemoryNeed, fixed_bytes
+from roughcontact.contact import solve, validation as contact_memory
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.stiffness import stiffness
+from roughcontact.contact.validation import MemoryNeed, fixed_bytes
 from roughcontact.halfspace import convolution, fft
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.convolution import MAX_CACHE_BYTES, ArrayCache
