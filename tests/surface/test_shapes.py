@@ -65,9 +65,9 @@ def test_every_point_of_a_sphere_is_at_its_radius(radius, center):
     r = np.hypot(y, x)
     if r.min() > radius:
         with pytest.raises(InputError, match="no point of the grid is under the sphere"):
-            shapes.sphere(*GRID, radius, center)
+            shapes.sphere(*GRID, radius, center=center)
         return
-    z = shapes.sphere(*GRID, radius, center)
+    z = shapes.sphere(*GRID, radius, center=center)
     on = np.isfinite(z)
     # The square root of rounding decides at the rim.
     np.testing.assert_array_equal(
@@ -157,10 +157,10 @@ def test_the_corner_of_a_rounded_rectangle_is_part_of_a_ball():
 
 def test_cone_and_wedge_have_their_slope():
     y, x = from_center((3, 5))
-    np.testing.assert_allclose(shapes.cone(*GRID, 0.02, (3, 5)), -0.02 * np.hypot(y, x))
-    np.testing.assert_array_equal(shapes.wedge(*GRID, 0.02, 0, (3, 5)), -0.02 * np.abs(y))
-    np.testing.assert_array_equal(shapes.wedge(*GRID, 0.02, 90, (3, 5)), -0.02 * np.abs(x))
-    dy, dx = np.gradient(shapes.wedge(*GRID, 0.02, 30, (-9, 5)), *GRID[1])
+    np.testing.assert_allclose(shapes.cone(*GRID, 0.02, center=(3, 5)), -0.02 * np.hypot(y, x))
+    np.testing.assert_array_equal(shapes.wedge(*GRID, 0.02, 0, center=(3, 5)), -0.02 * np.abs(y))
+    np.testing.assert_array_equal(shapes.wedge(*GRID, 0.02, 90, center=(3, 5)), -0.02 * np.abs(x))
+    dy, dx = np.gradient(shapes.wedge(*GRID, 0.02, 30, center=(-9, 5)), *GRID[1])
     # Well off the ridge, which rises to the right as drawn: y falls along it.
     np.testing.assert_allclose(np.hypot(dy, dx)[25:], 0.02, rtol=1e-9)
     np.testing.assert_allclose(dx[25:] / dy[25:], math.tan(math.radians(30)), rtol=1e-9)
@@ -172,7 +172,10 @@ def test_cone_and_wedge_have_their_slope():
         (lambda: shapes.sphere(*GRID, 0.0), "^radius must be finite and not zero"),
         (lambda: shapes.cylinder(*GRID, np.inf), "^radius must be finite and not zero"),
         (lambda: shapes.cylinder(*GRID, 1.0, np.nan), "^angle must be a finite number"),
-        (lambda: shapes.cylinder(*GRID, 1e-6, 0, (40, 0)), "^no point .* under the cylinder"),
+        (
+            lambda: shapes.cylinder(*GRID, 1e-6, 0, center=(40, 0)),
+            "^no point .* under the cylinder",
+        ),
         (lambda: shapes.ellipsoid(*GRID, (1.0, 0.0)), r"^radii\[1\] must be finite and not"),
         (lambda: shapes.ellipsoid(*GRID, 1.0), "^radii must be a pair"),
         (lambda: shapes.punch(*GRID, 1e-9), "^no point of the grid is under the punch"),
@@ -184,8 +187,8 @@ def test_cone_and_wedge_have_their_slope():
         (lambda: shapes.wedge(*GRID, np.nan), "^slope must be positive"),
         (lambda: shapes.flat((3, 0), (1.0, 1.0)), "^shape must be"),
         (lambda: shapes.cone((3, 3), (1.0, 0.0), 0.1), "^pixel must be"),
-        (lambda: shapes.cone(*GRID, 0.1, 3), "^center must be a pair"),
-        (lambda: shapes.cone(*GRID, 0.1, (3, np.nan)), "^center must be finite"),
+        (lambda: shapes.cone(*GRID, 0.1, center=3), "^center must be a pair"),
+        (lambda: shapes.cone(*GRID, 0.1, center=(3, np.nan)), "^center must be finite"),
     ],
 )
 def test_invalid_bodies_raise_input_error(make, message):

@@ -17,7 +17,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import wraps
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -34,99 +36,90 @@ def flat(shape: Shape, pixel: Pixel) -> Array:
     return np.zeros(shape)
 
 
-def paraboloid(
-    shape: Shape, pixel: Pixel, radius: float, center: tuple[float, float] | None = None
-) -> Array:
+def _body(heights: Callable[..., Array]) -> Callable[..., Array]:
+    """Return the heights of a body as function of a grid, sizes and ``center`` [pixels].
+
+    The heights are a function of the positions y and x from the center [m] and of the sizes.
+    """
+
+    @wraps(heights)
+    def sample(
+        shape: Shape,
+        pixel: Pixel,
+        *sizes: Any,
+        center: tuple[float, float] | None = None,
+        **options: Any,
+    ) -> Array:
+        result = heights(*_from_center(shape, pixel, center), *sizes, **options)
+        if np.isnan(result).all():
+            raise InputError(
+                f"no point of the grid is under the {heights.__name__.rpartition('_')[2]}: check "
+                "its size and center against the pixel"
+            )
+        return result
+
+    return sample
+
+
+@_body
+def paraboloid(y: Array, x: Array, radius: float) -> Array:
     """Return the heights ``-r²/(2R)`` of a paraboloid, a sphere near its summit."""
-    y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     return -(y**2 + x**2) / (2 * radius)
 
 
-def sphere(
-    shape: Shape, pixel: Pixel, radius: float, center: tuple[float, float] | None = None
-) -> Array:
+@_body
+def sphere(y: Array, x: Array, radius: float) -> Array:
     """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere; negative R is a hollow."""
-    y, x = _from_center(shape, pixel, center)
     _require_radii(radius=radius)
-    return _require_points(_arc(y**2 + x**2, radius), "sphere")
+    return _arc(y**2 + x**2, radius)
 
 
-def ellipsoid(
-    shape: Shape,
-    pixel: Pixel,
-    radii: tuple[float, float],
-    angle: float = 0.0,
-    center: tuple[float, float] | None = None,
-) -> Array:
+@_body
+def ellipsoid(y: Array, x: Array, radii: tuple[float, float], angle: float = 0.0) -> Array:
     """Return the heights ``-y²/(2R_y) - x²/(2R_x)`` of an ellipsoid; negative R is concave."""
-    y, x = _from_center(shape, pixel, center)
     radius_y, radius_x = _pair("radii", radii, _require_radii)
     along, across = _turned(y, x, angle)
     return -(across**2 / (2 * radius_y) + along**2 / (2 * radius_x))
 
 
-def cylinder(
-    shape: Shape,
-    pixel: Pixel,
-    radius: float,
-    angle: float = 0.0,
-    center: tuple[float, float] | None = None,
-) -> Array:
+@_body
+def cylinder(y: Array, x: Array, radius: float, angle: float = 0.0) -> Array:
     """Return the heights ``(R² - d²)^(1/2) - R`` of a cylinder; negative R is a groove."""
-    y, x = _from_center(shape, pixel, center)
     _require_radii(radius=radius)
-    return _require_points(_arc(_turned(y, x, angle)[1] ** 2, radius), "cylinder")
+    return _arc(_turned(y, x, angle)[1] ** 2, radius)
 
 
-def punch(
-    shape: Shape,
-    pixel: Pixel,
-    radius: float,
-    edge_radius: float = 0.0,
-    center: tuple[float, float] | None = None,
-) -> Array:
+@_body
+def punch(y: Array, x: Array, radius: float, edge_radius: float = 0.0) -> Array:
     """Return the heights of a flat-ended round punch."""
-    y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     flat = radius - _checked_edge(edge_radius, radius)
-    return _require_points(_rounded(np.hypot(y, x) - flat, edge_radius, radius), "punch")
+    return _rounded(np.hypot(y, x) - flat, edge_radius, radius)
 
 
+@_body
 def rectangular_punch(
-    shape: Shape,
-    pixel: Pixel,
-    sides: tuple[float, float],
-    edge_radius: float = 0.0,
-    center: tuple[float, float] | None = None,
+    y: Array, x: Array, sides: tuple[float, float], edge_radius: float = 0.0
 ) -> Array:
     """Return the heights of a flat-ended punch with sides along y and x."""
-    y, x = _from_center(shape, pixel, center)
     half_y, half_x = (side / 2 for side in _pair("sides", sides))
     rho = _checked_edge(edge_radius, min(half_y, half_x))
     beyond_y, beyond_x = np.abs(y) - (half_y - rho), np.abs(x) - (half_x - rho)
     beyond = np.hypot(np.maximum(beyond_y, 0), np.maximum(beyond_x, 0))
-    return _require_points(_rounded(beyond, edge_radius, max(half_y, half_x)), "punch")
+    return _rounded(beyond, edge_radius, max(half_y, half_x))
 
 
-def cone(
-    shape: Shape, pixel: Pixel, slope: float, center: tuple[float, float] | None = None
-) -> Array:
+@_body
+def cone(y: Array, x: Array, slope: float) -> Array:
     """Return the heights ``-m r`` of a cone."""
-    y, x = _from_center(shape, pixel, center)
     require_positive(slope=slope)
     return -slope * np.hypot(y, x)
 
 
-def wedge(
-    shape: Shape,
-    pixel: Pixel,
-    slope: float,
-    angle: float = 0.0,
-    center: tuple[float, float] | None = None,
-) -> Array:
+@_body
+def wedge(y: Array, x: Array, slope: float, angle: float = 0.0) -> Array:
     """Return the heights ``-m d`` of a symmetric wedge, d from its ridge."""
-    y, x = _from_center(shape, pixel, center)
     require_positive(slope=slope)
     return -slope * np.abs(_turned(y, x, angle)[1])
 
@@ -221,14 +214,6 @@ def _rounded(beyond: Array, edge_radius: float, size: float) -> Array:
     if edge_radius == 0:
         return np.where(outside, np.nan, 0.0)
     return np.where(outside, np.nan, _arc(np.minimum(distance, edge_radius) ** 2, edge_radius))
-
-
-def _require_points(heights: Array, name: str) -> Array:
-    if np.isnan(heights).all():
-        raise InputError(
-            f"no point of the grid is under the {name}: check its size and center against the pixel"
-        )
-    return heights
 
 
 def require_grid(shape: Shape, pixel: Pixel, maps: int = grid.SAMPLED_ARRAYS) -> None:
