@@ -70,8 +70,8 @@ def test_map_with_requested_parameters_is_not_corrected() -> None:
     spectrum_asked = Spectrum(SMALL, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
     heights = make_map(Str=0.5).heights
     Sal, Str, _ = spectrum.texture(heights, PIXEL)
-    asked = generation._RequestedParameters(
-        0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, (0.0, 3.0), None
+    asked = generation._Request(
+        0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, 0.0, 3.0, None, None, 0
     )
     near = 1 + generation._CLOSE / 2
     for close in (asked, replace(asked, Str=Str * near), replace(asked, Sal=Sal / near)):

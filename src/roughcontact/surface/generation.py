@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,19 +104,42 @@ _SPAN = 1.5
 
 
 @dataclass(frozen=True)
-class _RequestedParameters:
-    """Requested parameters, in SI units; None if derived from the others."""
+class _Request:
+    """Arguments of `generate`, lengths in meters; None if derived from the others."""
 
     Sq: float
     Sal: float | None
     Sdq: float | None
     hurst: float
-    rolloff: float | None
-    cutoff: float
+    rolloff_wavelength: float | None
+    cutoff_wavelength: float | None
     Str: float | None
     lay: float
-    moments: tuple[float, float]
+    Ssk: float
+    Sku: float | None
     honing: float | None
+    turning: Sequence[float] | None
+    seed: int
+
+    @property
+    def rolloff(self) -> float | None:
+        """Roll-off wavelength, of a turned surface by default its feed."""
+        return self.rolloff_wavelength or (None if self.turning is None else self.turning[0])
+
+    @property
+    def ratio(self) -> float | None:
+        """Str, of a honed surface with a default."""
+        return _HONED if self.Str is None and self.honing is not None else self.Str
+
+    @property
+    def moments(self) -> tuple[float, float]:
+        """Skewness and kurtosis."""
+        usual = height_distribution.usual_kurtosis(self.Ssk)
+        return self.Ssk, usual if self.Sku is None else self.Sku
+
+    def cutoff(self, pixel: tuple[float, float]) -> float:
+        """Return the cut-off wavelength on a grid."""
+        return self.cutoff_wavelength or _CUTOFF * max(pixel)
 
 
 @dataclass(frozen=True)
@@ -224,80 +246,45 @@ def generate(
     shape, edges = as_pair(shape, "shape"), as_pair(to_si(pixel, "length", "pixel"), "pixel")
     require_grid(shape, edges, grid.TRANSLATED_ARRAYS)
     seed = random_surfaces.seed_of(rng)
-    specified = _in_metres(
-        Sq=Sq,
-        Sal=Sal,
-        Sdq=Sdq,
-        hurst=hurst,
-        rolloff_wavelength=rolloff_wavelength,
-        cutoff_wavelength=cutoff_wavelength,
-        Str=Str,
-        lay=lay,
-        Ssk=Ssk,
-        Sku=Sku,
-        honing=honing,
-        turning=turning,
-        seed=seed,
+    requested = _Request(
+        to_si(Sq, "length", "Sq"),
+        to_si(Sal, "length", "Sal"),
+        Sdq,
+        hurst,
+        to_si(rolloff_wavelength, "length", "rolloff_wavelength"),
+        to_si(cutoff_wavelength, "length", "cutoff_wavelength"),
+        Str,
+        lay,
+        Ssk,
+        Sku,
+        honing,
+        to_si(turning, "length", "turning"),
+        seed,
     )
-    feed = _feed(specified)
-    requested = _resolved_request(specified, edges, feed)
-    if feed is None:
-        heights, spectrum = _translated(shape, edges, requested, seed)
+    _check(requested, edges)
+    if requested.turning is None:
+        heights, spectrum = _translated(shape, edges, requested)
         heights *= requested.Sq / rms_height(heights)
     else:
-        grooves = turned_heights(shape, edges, feed, specified["turning"][1], lay)
-        heights, spectrum = _translated(shape, edges, requested, seed)
+        grooves = turned_heights(shape, edges, requested.turning[0], requested.turning[1], lay)
+        heights, spectrum = _translated(shape, edges, requested)
         heights = combine_with_grooves(grooves, heights, requested.Sq)
-    return _surface(heights, edges, specified, spectrum)
-
-
-def _in_metres(**specified: Any) -> dict[str, Any]:
-    """Return arguments with their lengths in meters."""
-    lengths = ("Sq", "Sal", "rolloff_wavelength", "cutoff_wavelength", "turning")
-    return {
-        name: to_si(value, "length", name) if name in lengths else value
-        for name, value in specified.items()
-    }
-
-
-def _resolved_request(
-    specified: dict[str, Any], pixel: tuple[float, float], feed: float | None
-) -> _RequestedParameters:
-    """Return the request with defaults filled in; raise on contradictions."""
-    kurtosis = (
-        height_distribution.usual_kurtosis(specified["Ssk"])
-        if specified["Sku"] is None
-        else specified["Sku"]
-    )
-    honed = specified["Str"] is None and specified["honing"] is not None
-    requested = _RequestedParameters(
-        specified["Sq"],
-        specified["Sal"],
-        specified["Sdq"],
-        specified["hurst"],
-        specified["rolloff_wavelength"] or feed,
-        specified["cutoff_wavelength"] or _CUTOFF * max(pixel),
-        _HONED if honed else specified["Str"],
-        specified["lay"],
-        (specified["Ssk"], kurtosis),
-        specified["honing"],
-    )
-    _check(requested, pixel, specified)
-    return requested
+    return _surface(heights, edges, requested, spectrum)
 
 
 def _surface(
-    heights: Array, pixel: tuple[float, float], specified: dict[str, Any], spectrum: Spectrum
+    heights: Array, pixel: tuple[float, float], requested: _Request, spectrum: Spectrum
 ) -> Surface:
     """Return the map with requested and actual parameters in its provenance."""
     measured = summary(heights, pixel)
     result = {name: value for name, value in measured.items() if math.isfinite(value)}
     result["rolloff_wavelength"], result["cutoff_wavelength"] = spectrum.rolloff, spectrum.cutoff
-    if specified["turning"] is None and specified["honing"] is None:
+    if requested.turning is None and requested.honing is None:
         result |= _hurst(heights, spectrum)
-    created = Operation("generate", {"shape": heights.shape, "pixel": pixel, **specified}, result)
+    specified = {"shape": heights.shape, "pixel": pixel, **asdict(requested)}
+    created = Operation("generate", specified, result)
     heights.flags.writeable = False
-    source = f"generated rough surface, seed {specified['seed']}"
+    source = f"generated rough surface, seed {requested.seed}"
     return Surface(heights, pixel, Provenance(source, origin=created))
 
 
@@ -315,39 +302,32 @@ def _hurst(heights: Array, spectrum: Spectrum) -> dict[str, float]:
     return {"hurst": float(-1 - slope / 2)}
 
 
-def _feed(specified: dict[str, Any]) -> float | None:
-    """Return the feed of a turned surface, None for others."""
-    turning = specified["turning"]
-    if turning is None:
-        return None
+def _check_turning(requested: _Request) -> None:
+    """Raise `InputError` for grooves that are impossible, or combined with other textures."""
+    turning = requested.turning
     if not isinstance(turning, Sequence) or len(turning) != 2:
         raise input_error("turning", turning, "must be a pair (feed, nose radius) in meters")
-    for name in ("Sal", "Sdq", "Str", "Sku", "honing"):
-        if specified[name] is not None:
+    for name in ("Sal", "Sdq", "Str", "Sku", "honing", "Ssk"):
+        value = getattr(requested, name)
+        if value is not None and (value or name != "Ssk"):
             raise InputError(
                 f"cannot be combined with {ArgumentRef('turning')}, whose grooves decide it; leave "
                 "one out",
                 argument=name,
             )
-    if specified["Ssk"]:
-        raise InputError(
-            f"cannot be combined with {ArgumentRef('turning')}, whose grooves decide it; leave one "
-            "out",
-            argument="Ssk",
-        )
     if not all(0 < length < math.inf for length in turning):
         raise input_error("turning", turning, "must be two positive lengths, feed and nose radius")
-    return float(turning[0])
 
 
-def _check(
-    requested: _RequestedParameters, pixel: tuple[float, float], specified: dict[str, Any]
-) -> None:
+def _check(requested: _Request, pixel: tuple[float, float]) -> None:
     """Raise `InputError` for impossible, redundant or missing parameters."""
+    if requested.turning is not None:
+        _check_turning(requested)
     require_positive(Sq=requested.Sq)
     for name in ("Sal", "Sdq", "rolloff_wavelength", "cutoff_wavelength"):
-        if specified[name] is not None:
-            require_positive(**{name: specified[name]})
+        value = getattr(requested, name)
+        if value is not None:
+            require_positive(**{name: value})
     if requested.Str is not None and not 0 < requested.Str <= 1:
         raise input_error("Str", requested.Str, "must be in (0, 1]")
     if requested.honing is not None and not 0 < requested.honing < 180:
@@ -364,28 +344,29 @@ def _check(
             "the length of the waves",
             argument="Sal",
         )
-    longest = requested.rolloff or requested.cutoff
-    random_surfaces.check_waves(pixel, longest, requested.cutoff, requested.hurst)
+    cutoff = requested.cutoff(pixel)
+    random_surfaces.check_waves(pixel, requested.rolloff or cutoff, cutoff, requested.hurst)
     height_distribution.require(*requested.moments, 1 if requested.honing is None else 2)
 
 
 def _translated(
-    shape: tuple[int, int], pixel: tuple[float, float], requested: _RequestedParameters, seed: int
+    shape: tuple[int, int], pixel: tuple[float, float], requested: _Request
 ) -> tuple[Array, Spectrum]:
     """Return a map of zero mean with the requested spectrum, moments and texture."""
-    start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * requested.cutoff)
+    cutoff = requested.cutoff(pixel)
+    start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * cutoff)
     spectrum = Spectrum(
         shape,
         pixel,
-        max(start, requested.cutoff),
-        requested.cutoff,
+        max(start, cutoff),
+        cutoff,
         requested.hurst,
-        requested.Str or 1.0,
+        requested.ratio or 1.0,
         requested.lay,
     )
     spectrum = _with_gradient(spectrum, requested)
     # Two independent generators; the first one gives the same draws with and without honing.
-    sources = np.random.default_rng(seed).spawn(1 if requested.honing is None else 2)
+    sources = np.random.default_rng(requested.seed).spawn(1 if requested.honing is None else 2)
     drawn = [_phases(random_surfaces.random_amplitudes(shape, pixel, rng)) for rng in sources]
     state = _State(drawn, _part_moments(requested.moments, len(drawn)))
     for _ in range(_ROUNDS):
@@ -404,7 +385,7 @@ def _families(spectrum: Spectrum, honing: float | None) -> list[Array]:
     return [np.sqrt(replace(spectrum, lay=spectrum.lay + turn).power) for turn in turns]
 
 
-def _with_gradient(spectrum: Spectrum, requested: _RequestedParameters) -> Spectrum:
+def _with_gradient(spectrum: Spectrum, requested: _Request) -> Spectrum:
     """Return a spectrum with the requested gradient, if any."""
     if requested.Sdq is None:
         return spectrum
@@ -412,26 +393,26 @@ def _with_gradient(spectrum: Spectrum, requested: _RequestedParameters) -> Spect
     return with_gradient(spectrum, sought, requested.Sdq, requested.Sq)
 
 
-def _corrected(spectrum: Spectrum, requested: _RequestedParameters, heights: Array) -> Spectrum:
+def _corrected(spectrum: Spectrum, requested: _Request, heights: Array) -> Spectrum:
     """Return a spectrum corrected for measured Sal and Str, or the same if they are close."""
-    if requested.Sal is None and requested.Str is None:
+    if requested.Sal is None and requested.ratio is None:
         return spectrum
     Sal, Str, _ = texture(heights, spectrum.pixel)
     rolloff, ratio = spectrum.rolloff, spectrum.ratio
     if requested.Sal is not None and not abs(Sal / requested.Sal - 1) < _CLOSE:
         rolloff = _longer_rolloff(spectrum, requested, Sal)
     if (
-        requested.Str is not None
+        requested.ratio is not None
         and not math.isnan(Str)
-        and not abs(Str / requested.Str - 1) < _CLOSE
+        and not abs(Str / requested.ratio - 1) < _CLOSE
     ):
-        ratio = min(ratio * (requested.Str / Str) ** _MOMENT_DAMPING, 1.0)
+        ratio = min(ratio * (requested.ratio / Str) ** _MOMENT_DAMPING, 1.0)
     if (rolloff, ratio) == (spectrum.rolloff, spectrum.ratio):
         return spectrum
     return _with_gradient(replace(spectrum, rolloff=rolloff, ratio=ratio), requested)
 
 
-def _longer_rolloff(spectrum: Spectrum, requested: _RequestedParameters, Sal: float) -> float:
+def _longer_rolloff(spectrum: Spectrum, requested: _Request, Sal: float) -> float:
     """Return a roll-off corrected for Sal; raise if the map is too small for it."""
     assert requested.Sal is not None
     side = min(n * edge for n, edge in zip(spectrum.shape, spectrum.pixel, strict=True))
@@ -562,15 +543,13 @@ def compare_parameters(surface: Surface) -> tuple[Parameter, ...]:
     created = surface.provenance.origin
     if created is None or created.method != "generate" or surface.provenance.operations:
         raise InputError("is not an unchanged generated map", argument="surface")
-    specified, result = created.arguments, created.found
+    specified, result = dict(created.arguments), created.found
+    del specified["shape"], specified["pixel"]
+    request = _Request(**specified)
     requested = {name: specified[name] for name in ("Sq", "Sal", "Sdq", "Str")}
-    if specified["turning"] is None:
-        kurtosis = (
-            height_distribution.usual_kurtosis(specified["Ssk"])
-            if specified["Sku"] is None
-            else specified["Sku"]
-        )
-        requested |= {"Ssk": specified["Ssk"], "Sku": kurtosis, "hurst": specified["hurst"]}
+    if request.turning is None:
+        Ssk, Sku = request.moments
+        requested |= {"Ssk": Ssk, "Sku": Sku, "hurst": request.hurst}
     return tuple(
         Parameter(name, value, result.get(name, math.nan))
         for name, value in requested.items()
