@@ -14,8 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from importlib import import_module
 from importlib.machinery import ModuleSpec
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
-from types import NoneType
+from importlib.util import find_spec, module_from_spec
 from typing import Any
 
 import numpy as np
@@ -142,77 +141,15 @@ class NonuniformLineScan(UniformTopographyInterface):
         return self._y
 
 
-# Metadata of an instrument. Serial numbers are not used: the library drops placeholders of them.
-_NAMES = ("name", "vendor", "serial", "scanner_serial", "software")
-
-
 class InfoModel:
-    """Metadata of a file in SurfaceTopography, as plain types."""
+    """Metadata of a file as its reader gives them."""
 
     def __init__(self, **fields: Any) -> None:
-        self._fields = _check_fields(fields)
+        when = fields.get("acquisition_time")
+        if isinstance(when, str):
+            fields["acquisition_time"] = datetime.fromisoformat(when)
+        self._fields = fields
 
     def model_dump(self, *, exclude_none: bool = True) -> dict[str, Any]:
-        """Return the metadata by name."""
-        return dict(self._fields)
-
-
-def _check_fields(fields: dict[str, Any]) -> dict[str, Any]:
-    try:
-        plain = fields | _typed(fields, acquisition_time=datetime, channel_name=str, datafile=dict)
-        plain["instrument"] = _instrument(fields.get("instrument"))
-        if not isinstance(fields.get("raw_metadata"), (dict, list, NoneType)):
-            raise TypeError
-    except TypeError:
-        return _library_metadata().InfoModel(**fields).model_dump(exclude_none=True)
-    return _known(plain)
-
-
-def _instrument(fields: Any) -> dict[str, Any] | None:
-    """Return the metadata of an instrument; raise `TypeError` unless they have plain types."""
-    if fields is None:
-        return None
-    found = _typed(fields, **dict.fromkeys(_NAMES, str), parameters=dict)
-    about = found["parameters"]
-    if about is not None:
-        found["parameters"] = _known(
-            {
-                **_typed(about, name=str),
-                "resolution": _amount(about.get("resolution")),
-                "tip_radius": _amount(about.get("tip_radius")),
-            }
-        )
-    return _known(found)
-
-
-def _amount(fields: Any) -> dict[str, Any] | None:
-    if fields is None:
-        return None
-    found = _typed(fields, value=float, unit=str)
-    if found["value"] is None:
-        raise TypeError
-    return _known(found)
-
-
-def _typed(fields: Any, **types: type) -> dict[str, Any]:
-    """Return the values of these names; raise `TypeError` for values of another type."""
-    if type(fields) is not dict:
-        raise TypeError
-    found = {name: fields.get(name) for name in types}
-    if any(value is not None and type(value) is not types[name] for name, value in found.items()):
-        raise TypeError
-    return found
-
-
-def _known(fields: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in fields.items() if value is not None}
-
-
-def _library_metadata() -> Any:
-    """Return the module ``Metadata`` of SurfaceTopography."""
-    spec = spec_from_file_location(f"{_LIBRARY}_metadata", f"{_library_folder()}/Metadata.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+        """Return the known metadata by name."""
+        return {name: value for name, value in self._fields.items() if value is not None}
