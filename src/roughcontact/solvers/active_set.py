@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array
-from roughcontact.solvers.operator import Operator, dot, norm
+from roughcontact.solvers.operator import Family, Operator, dot, norm
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import (
     BoundedProblem,
@@ -60,11 +60,20 @@ class Evaluator:
     solution.
     """
 
-    def __init__(self, problem: BoundedProblem, operator: Operator, tolerance: float) -> None:
+    def __init__(
+        self,
+        problem: BoundedProblem,
+        operator: Operator,
+        family: Family,
+        pixel: tuple[int, int],
+        tolerance: float,
+        max_iterations: int,
+    ) -> None:
         self.problem, self.operator = problem, operator
         # The only single-precision operator of this size: patches use it too.
         self.rough = operator.to_single_precision()
-        self._tolerance = tolerance
+        self.patches = Patches(self.rough, family, pixel)
+        self.tolerance, self.max_iterations = tolerance, max_iterations
         # Certificate above which single precision suffices, and certificate of the last evaluation.
         self._far = max(_FAR, _TOLERANCES * tolerance)
         self._distance = math.inf if self.rough is not operator else 0.0
@@ -75,6 +84,11 @@ class Evaluator:
         self.open: NDArray[Any] = np.empty(problem.initial_gap.shape, operator.real)
         self._tilt = np.zeros(2)
         self.seen: Iterate | None = None
+
+    @property
+    def is_within_limit(self) -> bool:
+        """Whether another convolution is allowed."""
+        return self.convolutions < self.max_iterations
 
     def limit(self, index: NDArray[np.int64]) -> Limit:
         """Return the ceiling on some pixels."""
@@ -90,7 +104,7 @@ class Evaluator:
             seen = self._evaluated(self.rough, index, pressure)
             blurred = seen.floor > _BLURRED * seen.certificate
             self._distance = 0.0 if blurred else seen.certificate
-            if seen.certificate > self._tolerance and not blurred:
+            if seen.certificate > self.tolerance and not blurred:
                 self.seen = seen
                 return seen
         self.seen = self._evaluated(self.operator, index, pressure)
@@ -313,7 +327,7 @@ def projected(now: Iterate, viewer: Evaluator, rate: float) -> Array:
     return now.pressure if kept is None else kept
 
 
-def snap_to_bounds(now: Iterate, viewer: Evaluator, tolerance: float) -> Iterate:
+def snap_to_bounds(now: Iterate, viewer: Evaluator) -> Iterate:
     """Return a solution with its pixels exactly on their bounds.
 
     The certificate does not distinguish a pixel at the ceiling from one just below the ceiling,
@@ -327,7 +341,7 @@ def snap_to_bounds(now: Iterate, viewer: Evaluator, tolerance: float) -> Iterate
     if not (falls | rises).any():
         return now
     settled = viewer.evaluate(now.index, target)
-    return settled if settled.certificate <= tolerance else now
+    return settled if settled.certificate <= viewer.tolerance else now
 
 
 # Reduction at which a linear solve stops unless the set of free pixels is already right.
@@ -352,17 +366,13 @@ class _Free(NamedTuple):
     block: NDArray[np.int64] | None = None
 
 
-def active_set_step(
-    now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
-) -> Array:
+def active_set_step(now: Iterate, viewer: Evaluator) -> Array:
     """Return the admissible pressure after a linear solve on the free pixels."""
-    result = _solve_free(now, viewer, patches, tolerance, max_iterations)
+    result = _solve_free(now, viewer)
     return now.pressure if result is None else _restore_feasible(now, result, viewer)
 
 
-def step_along_arc(
-    now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
-) -> Iterate:
+def step_along_arc(now: Iterate, viewer: Evaluator) -> Iterate:
     """Return the iterate after a step along the bounds to the unbounded solution.
 
     The step on the free pixels is shortened until the energy or the certificate falls: the
@@ -370,11 +380,11 @@ def step_along_arc(
     meet hardly any resistance. The shortest step is taken straight to the minimum along its line
     (Moré and Toraldo 1991, doi:10.1137/0801008).
     """
-    result = _solve_free(now, viewer, patches, tolerance, max_iterations, bounded=False)
+    result = _solve_free(now, viewer, bounded=False)
     if result is None:
         return now
     first, way = now.pressure[result.free], 1.0
-    while viewer.convolutions < max_iterations:
+    while viewer.is_within_limit:
         part = result._replace(x=first + way * (result.x - first))
         moved = _restore_feasible(now, part, viewer)
         after = viewer.evaluate(now.index, moved)
@@ -390,15 +400,7 @@ def step_along_arc(
     return now
 
 
-def _solve_free(
-    now: Iterate,
-    viewer: Evaluator,
-    patches: Patches,
-    tolerance: float,
-    max_iterations: int,
-    *,
-    bounded: bool = True,
-) -> _Free | None:
+def _solve_free(now: Iterate, viewer: Evaluator, *, bounded: bool = True) -> _Free | None:
     """Return the solution on the free pixels by conjugate gradients, or None without these.
 
     If ``bounded``, the iteration ends when the violation of the bounds exceeds the residual.
@@ -418,15 +420,15 @@ def _solve_free(
     centred(residual)
     first = norm(residual) / unit
     size = norm(pressure) or first
-    enough = max(0.9 * tolerance, 0.1 * now.floor) * size
+    enough = max(0.9 * viewer.tolerance, 0.1 * now.floor) * size
     free_index = now.index[free]
-    patch = patches.make_patch(free_index)
+    patch = viewer.patches.make_patch(free_index)
     free_index = patch.index(free_index)
     support = patch.operator.support(free_index)
     precondition = patch.inverse.restrict_inverse(free_index)
     direction: Array | None = None
     response, previous = residual, 1.0
-    while viewer.convolutions < max_iterations:
+    while viewer.is_within_limit:
         z = centred(precondition(residual / unit))
         product = dot(residual, z)
         if not product > 0:

@@ -32,7 +32,6 @@ from numpy.typing import NDArray
 from roughcontact._tools.arrays import Array
 from roughcontact.solvers import active_set
 from roughcontact.solvers.operator import Family, Operator, norm
-from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import BoundedProblem, Loaded, coarsen_problem, prolong_pressure
 from roughcontact.solvers.progress import Status, Step
 
@@ -229,8 +228,7 @@ def _solve_level(
     warm: bool,
     interruptible: bool,
 ) -> BoundedSolution:
-    viewer = active_set.Evaluator(problem, operator, tolerance)
-    patches = Patches(viewer.rough, family, pixel)
+    viewer = active_set.Evaluator(problem, operator, family, pixel, tolerance, max_iterations)
     loaded = first()
     if warm:
         loaded = viewer.scaled_to_load(*loaded)
@@ -241,10 +239,10 @@ def _solve_level(
         while True:
             note(Step(problem.shape, iteration, viewer.convolutions, now.certificate, tolerance))
             if now.certificate <= tolerance:
-                now = active_set.snap_to_bounds(now, viewer, tolerance)
+                now = active_set.snap_to_bounds(now, viewer)
                 status = Status.CONVERGED
                 break
-            if viewer.convolutions >= max_iterations:
+            if not viewer.is_within_limit:
                 status = Status.CONVOLUTION_LIMIT if max_iterations else Status.INTERRUPTED
                 break
             if fruitless >= _MAX_STALLS and _is_stagnant(best.certificate, best.floor, bursts):
@@ -252,13 +250,13 @@ def _solve_level(
                 break
             iteration += 1
             if fruitless < _MAX_STALLS:
-                after = _next_iterate(now, viewer, patches, tolerance, max_iterations)
-            elif bursts % 2:
-                after = active_set.step_along_arc(best, viewer, patches, tolerance, max_iterations)
-                bursts, fruitless = bursts + 1, -1
+                after = _next_iterate(now, viewer)
             else:
-                steps = _BURST << min(bursts // 2, 6)
-                after = projected_gradient(now, viewer, steps, max_iterations)
+                after = (
+                    active_set.step_along_arc(best, viewer)
+                    if bursts % 2
+                    else projected_gradient(now, viewer, _BURST << min(bursts // 2, 6))
+                )
                 bursts, fruitless = bursts + 1, -1
             fruitless = 0 if after.certificate < 0.9 * best.certificate else fruitless + 1
             now = after
@@ -287,26 +285,18 @@ def _solve_level(
     )
 
 
-def _next_iterate(
-    now: active_set.Iterate,
-    viewer: active_set.Evaluator,
-    patches: Patches,
-    tolerance: float,
-    max_iterations: int,
-) -> active_set.Iterate:
+def _next_iterate(now: active_set.Iterate, viewer: active_set.Evaluator) -> active_set.Iterate:
     """Return the iterate after an active-set step, or after its fallback if it overshoots."""
-    moved = active_set.active_set_step(now, viewer, patches, tolerance, max_iterations)
+    moved = active_set.active_set_step(now, viewer)
     after = viewer.evaluate(now.index, moved)
-    if after.certificate > now.certificate and viewer.convolutions < max_iterations:
+    if after.certificate > now.certificate and viewer.is_within_limit:
         start, end = active_set.slopes(now, moved, viewer)
         # Where the set of free pixels is far off, the step overshoots: the energy rises.
         if start < 0 < start + end:
             # Release the iterate: each holds three arrays of the contact.
             del after
             moved = _interpolate_iterates(now.pressure, moved, start / (start - end))
-            return projected_gradient(
-                viewer.evaluate(now.index, moved), viewer, _BURST, max_iterations
-            )
+            return projected_gradient(viewer.evaluate(now.index, moved), viewer, _BURST)
     return after
 
 
@@ -319,7 +309,7 @@ def _interpolate_iterates(start: Array, end: Array, cut: float) -> Array:
 
 
 def projected_gradient(
-    now: active_set.Iterate, viewer: active_set.Evaluator, steps: int, max_iterations: int
+    now: active_set.Iterate, viewer: active_set.Evaluator, steps: int
 ) -> active_set.Iterate:
     """Return the best iterate of projected gradient steps with Barzilai–Borwein lengths.
 
@@ -331,7 +321,7 @@ def projected_gradient(
     rate = 1 / viewer.unit
     energies = [0.0]
     for _ in range(steps):
-        if viewer.convolutions + 2 > max_iterations:
+        if viewer.convolutions + 2 > viewer.max_iterations:
             break
         target = active_set.projected(now, viewer, rate)
         after = viewer.evaluate(now.index, target)
