@@ -24,7 +24,6 @@ from roughcontact.errors import (
 from roughcontact.halfspace import convolution, tensors
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.hardening import Perfect, Swift, Tabulated
-from roughcontact.solvers import anderson
 
 YOUNG, POISSON = 210e9, 0.3
 RADIUS = 105e-6
@@ -365,7 +364,7 @@ def test_an_increment_that_is_too_large_is_cut() -> None:
 
 
 def test_unknowns_that_join_keep_the_memory() -> None:
-    small, large = (anderson.Mixer([1.0], Workspace(1)) for _ in range(2))
+    small, large = (increments.Mixer([1.0], Workspace(1)) for _ in range(2))
     rng = np.random.default_rng(5)
     place = np.array([0, 2, 3])
     for step in range(6):
@@ -376,7 +375,7 @@ def test_unknowns_that_join_keep_the_memory() -> None:
             continue
         if step == 3:
             large.grow(0, np.array([4, 7, 8]), np.array([4, 5, 7, 8]))
-        wide = large.mix([anderson.embedded(x, place, 4)], [anderson.embedded(f, place, 4)])[0]
+        wide = large.mix([increments.embedded(x, place, 4)], [increments.embedded(f, place, 4)])[0]
         np.testing.assert_allclose(wide[:, place], narrow, rtol=1e-9)
         np.testing.assert_array_equal(wide[:, 1], 0)
 

@@ -54,7 +54,7 @@ FEW = {
     "solvers.aggregation": dict.fromkeys(
         ("excess", "smoothed", "factors"), "sparse matrices, no BLAS"
     ),
-    "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
+    "elastoplastic.increments": {"add": "five components", "_least_squares": "a handful of steps"},
     "analyses.tangential.model": {"_append_step": "two components"},
     "solvers.partial_slip": dict.fromkeys(
         ("_dual", "iterates", "merit", "project_with_sum", "stiffness"), "two components"

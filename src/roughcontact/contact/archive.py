@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -150,43 +150,28 @@ _ARCHIVE_MAPS = {
     "saturated": ("1", "1 where the pressure is at the ceiling"),
     "ceiling": ("Pa", "largest pressure allowed"),
 }
-# Numerical attributes, with their units.
-_NUMBERS = {
+# Numerical attributes, and units of these and of calibrated ceilings; 1 for all others.
+_NUMBERS = (
+    *("load", "approach", "contact_modulus", "certificate"),
+    *("load_error", "tolerance", "seconds"),
+)
+_UNITS = {
     "load": "N",
     "approach": "m",
     "contact_modulus": "Pa",
-    "certificate": "1",
-    "load_error": "1",
-    "tolerance": "1",
     "seconds": "s",
-}
-# Attributes of a calibrated ceiling.
-_RECOMMENDED = {
-    "load": "N",
-    "load_ratio": "1",
-    "factor": "1",
-    "mismatch": "1",
-    "solves": "1",
+    "ceiling": "Pa",
+    "contact_area": "m²",
+    "mean_gap": "m",
+    "max_indentation": "m",
     "usual_ceiling": "Pa",
     "usual_contact_area": "m²",
     "usual_approach": "m",
     "usual_indentation": "m",
 }
-_CALIBRATED = {
-    "ceiling": "Pa",
-    "factor": "1",
-    "load_ratio": "1",
-    "load": "N",
-    "approach": "m",
-    "contact_area": "m²",
-    "contact_fraction": "1",
-    "saturated_fraction": "1",
-    "mean_gap": "m",
-    "change": "1",
-    "certificate": "1",
-    "convolutions": "1",
-    "max_indentation": "m",
-}
+# Attributes of a calibrated ceiling.
+_RECOMMENDED = [field.name for field in fields(CalibrationRecord)]
+_CALIBRATED = [field.name for field in fields(Calibrated) if field.name != "control"]
 _WORDS = ("boundary", "precision", "control", "status", "version")
 # Attributes that are properties of the bodies.
 _PAIR_ATTRIBUTES = ("contact_modulus", "boundary")
@@ -247,8 +232,8 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
 
 def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
     attributes: dict[str, Any] = {}
-    for name, unit in _NUMBERS.items():
-        held = result.pair.load_unit if name == "load" else unit
+    for name in _NUMBERS:
+        held = result.pair.load_unit if name == "load" else _UNITS.get(name, "1")
         attributes |= _with_unit(name, float(getattr(result, name)), held)
     attributes |= {name: str(getattr(result, name)) for name in _WORDS}
     attributes |= {name: getattr(result, name) for name in _COUNTS}
@@ -259,16 +244,15 @@ def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
                 attributes |= _with_unit(f"{name}_{axis}", value, unit)
     if result.specified_load is not None:
         attributes[_GIVEN] = to_json(result.specified_load.summary())
-    if result.calibration is not None:
-        for name, unit in _RECOMMENDED.items():
-            value = getattr(result.calibration, name)
-            attributes |= _with_unit(f"recommended_{name}", value, unit)
     if result.measurement is not None:
         attributes["uncertainty"] = to_json(result.measurement.summary())
-    if result.calibrated is not None:
-        for name, unit in _CALIBRATED.items():
-            value = getattr(result.calibrated, name)
-            attributes |= _with_unit(f"calibrated_{name}", value, unit)
+    for prefix, record, names in (
+        ("recommended", result.calibration, _RECOMMENDED),
+        ("calibrated", result.calibrated, _CALIBRATED),
+    ):
+        for name in names if record is not None else ():
+            value = getattr(record, name)
+            attributes |= _with_unit(f"{prefix}_{name}", value, _UNITS.get(name, "1"))
     return attributes
 
 

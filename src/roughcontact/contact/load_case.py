@@ -9,17 +9,17 @@ from numbers import Real
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from roughcontact import units
 from roughcontact._tools import memory
-from roughcontact._tools.arguments import set_fields, validate_arguments
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.checkpoints import digest_arrays
 from roughcontact.contact import nominal_hertz
 from roughcontact.contact.pair import Pair
 from roughcontact.errors import InputError, input_error, require_count
 from roughcontact.material.hardness import stress
-from roughcontact.units import Quantities, Quantity, to_si
+from roughcontact.units import Quantity, to_si
 
 LOAD_EXAMPLES = (
     "a load such as '1 N', a nominal pressure such as '20 MPa', a line load such as '600 N/mm', "
@@ -256,30 +256,18 @@ class LoadCase:
     load: float | None = None  # As in `roughcontact.solve`
     approach: float | None = None  # As in `roughcontact.solve`
     moments: tuple[float, float] | None = None  # As in `roughcontact.solve`
-    ceiling: str | float | ArrayLike | None = "auto"  # As in `roughcontact.solve`
+    ceiling: Any = "auto"  # As in `roughcontact.solve`
     tolerance: float | None = None  # As in `roughcontact.solve`
     max_iterations: int = 2000  # As in `roughcontact.solve`
     precision: str = "double"  # As in `roughcontact.solve`
     specified: GivenLoad | None = None
 
-    def __init__(
-        self,
-        load: Quantity | None = None,
-        approach: Quantity | None = None,
-        moments: Quantities | None = None,
-        ceiling: Quantity | ArrayLike | None = "auto",
-        tolerance: float | None = None,
-        max_iterations: int = 2000,
-        precision: str = "double",
-        specified: GivenLoad | None = None,
-    ) -> None:
-        if not (isinstance(ceiling, str) and ceiling.isalpha()):
-            ceiling = stress(ceiling, "ceiling")
-        force, moved = to_si(load, "force", "load"), to_si(approach, "length", "approach")
-        turned = to_si(moments, "moment", "moments")
-        set_fields(self, load=force, approach=moved, moments=turned, ceiling=ceiling)
-        set_fields(self, tolerance=tolerance, max_iterations=max_iterations)
-        set_fields(self, precision=precision, specified=specified)
+    def __post_init__(self) -> None:
+        """Convert quantities to SI units."""
+        for name, dimension in (("load", "force"), ("approach", "length"), ("moments", "moment")):
+            object.__setattr__(self, name, to_si(getattr(self, name), dimension, name))
+        if not (isinstance(self.ceiling, str) and self.ceiling.isalpha()):
+            object.__setattr__(self, "ceiling", stress(self.ceiling, "ceiling"))
 
     @property
     def control(self) -> str:

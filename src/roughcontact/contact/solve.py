@@ -39,7 +39,7 @@ from roughcontact.solvers import bounded, rigid_tilt
 from roughcontact.solvers.problem import Loaded, project
 from roughcontact.solvers.progress import Status, Step, Tell, progress_callback, shows_progress_bar
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity
+from roughcontact.units import Quantities, Quantity, to_si
 
 CALIBRATED_TOLERANCE = 4e-2
 """Certificate for the calibrated ceiling: areas to 5e-3, a tenth of the error of the rule."""
@@ -177,9 +177,8 @@ def solve(
     """
     pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     force, specified = resolve_force(load, pair)
-    terms = LoadCase(
-        force, approach, moments, ceiling, tolerance, max_iterations, precision, specified
-    )
+    moved, turned = to_si(approach, "length", "approach"), to_si(moments, "moment", "moments")
+    terms = LoadCase(force, moved, turned, ceiling, tolerance, max_iterations, precision, specified)
     result = solve_case(
         pair,
         terms,

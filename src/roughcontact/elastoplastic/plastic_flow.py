@@ -15,9 +15,9 @@ from roughcontact.halfspace.layers import Pull
 from roughcontact.halfspace.plastic_halfspace import PlasticHalfSpace
 from roughcontact.material.hardening import back_modulus, plastic_increment
 from roughcontact.material.material import Material
-from roughcontact.solvers.anderson import Parts
 
 Array = NDArray[Any]
+Parts = list[Array]
 Way = tuple[float, float]
 
 # Share of a pixel within which a shift is treated as a whole number of pixels.

@@ -284,54 +284,23 @@ def _sur_header(surface: Surface, extremes: tuple[int, int], pixel: Pixel, step:
     """Return the 512 bytes before the heights; pixel and step in mm."""
     ny, nx = surface.shape
     source = replace_unprintable(surface.provenance.source).encode("latin-1", "replace")[:30]
+    names = (b"X", b"Y", b"Z", *6 * (b"mm",))
     return struct.pack(
         "<12s4H30s30s5H8xH5i3f" + 9 * "16s" + "3f3H12x7Hf10x2H128s3f34x",
-        b"DIGITAL SURF",
         # PC format, one object, version, surface.
-        0,
-        1,
-        1,
-        2,
+        *(b"DIGITAL SURF", 0, 1, 1, 2),
         # Name of the object and of the operator, padded with blanks.
-        source.ljust(30),
-        b" " * 30,
+        *(source.ljust(30), b" " * 30),
         # Material, acquisition and range unknown; missing points or none; absolute heights.
-        0,
-        0,
-        0,
-        int(surface.missing > 0),
-        1,
-        32,
-        *extremes,
-        nx,
-        ny,
-        nx * ny,
-        pixel[1],
-        pixel[0],
-        step,
-        *(name.ljust(16) for name in (b"X", b"Y", b"Z", *6 * (b"mm",))),
-        1.0,
-        1.0,
-        1.0,
+        *(0, 0, 0, int(surface.missing > 0), 1, 32),
+        *(*extremes, nx, ny, nx * ny),
+        *(pixel[1], pixel[0], step),
+        *(name.ljust(16) for name in names),
+        *(1.0, 1.0, 1.0),
         # Neither imprint nor inverted nor leveled; date and duration unknown; no comment, no
         # offsets.
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0.0,
-        0,
-        0,
-        b" " * 128,
-        0.0,
-        0.0,
-        0.0,
+        *10 * (0,),
+        *(0.0, 0, 0, b" " * 128, 0.0, 0.0, 0.0),
     )
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from roughcontact.elastoplastic import increments
+from roughcontact.elastoplastic.increments import Mixer
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers import anderson
-from roughcontact.solvers.anderson import Mixer
 
 
 def error_history(rates: np.ndarray, steps: int) -> list[tuple[float, bool]]:
@@ -37,7 +37,7 @@ def test_as_many_rates_as_it_remembers_are_solved_at_once() -> None:
 
 def test_while_the_defect_falls_no_step_is_plain() -> None:
     # Many slow rates keep it busy for longer than its patience.
-    steps = 3 * anderson._MAX_FRUITLESS_STEPS
+    steps = 3 * increments._MAX_FRUITLESS_STEPS
     told = error_history(np.linspace(0.5, 0.999, 5 * 40).reshape(5, 40), steps)
     assert not any(plain for _, plain in told[1:])
     # Plain steps alone would leave nearly all of the slowest.
