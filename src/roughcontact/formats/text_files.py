@@ -100,12 +100,13 @@ _RULE = re.compile(r"[-*=_]{5,}")
 _COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", re.IGNORECASE)
 
 # Keys of the header of a map: a text without any of these is a remark.
-_TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x", "columns"}
+_TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x"}
 
 
 def parse_head(path: Path, lines: Iterable[str]) -> Head:
     """Return the properties that the first lines of a text state."""
-    result: dict[str, tuple[str, ...]] = {}
+    result: dict[str, str] = {}
+    columns: tuple[str, ...] = ()
     texts: list[str] = []
     named, announced = True, ""
     lines = iter(lines)
@@ -129,18 +130,16 @@ def parse_head(path: Path, lines: Iterable[str]) -> Head:
         for key, pattern in _KEYS.items():
             match = re.search(pattern, text, re.IGNORECASE)
             if match is not None:
-                result.setdefault(key, match.groups())
-        columns = _columns(text)
-        if columns:
-            result["columns"] = columns
+                result.setdefault(key, " ".join(match.groups()))
+        columns = _columns(text) or columns
     else:
         return Head(0)
     head = Head(len(texts), texts=tuple(texts), announced=announced)
-    if not _TELLING & result.keys():
+    if not (columns or _TELLING & result.keys()):
         certain = (texts.index(announced) if announced else len(texts)) if named else 0
         return replace(head, skipped=certain > 0, doubtful=len(texts) - certain)
     try:
-        return _parse_head_text(path, result, head)
+        return _parse_head_text(path, result, columns, head)
     except InputError as error:
         raise FormatError(f"{path.name} states its scale wrongly: {error}") from None
 
@@ -179,22 +178,24 @@ def _columns(text: str) -> tuple[str, ...]:
     return tuple(unit for _, unit in named)
 
 
-def _parse_head_text(path: Path, result: dict[str, tuple[str, ...]], head: Head) -> Head:
+def _parse_head_text(
+    path: Path, result: dict[str, str], columns: tuple[str, ...], head: Head
+) -> Head:
     """Return the header with the properties found in its lines."""
-    head = replace(head, channel=_first(result, "channel").strip())
+    head = replace(head, channel=result.get("channel", "").strip())
     if "wyko" in result:
         return _wyko(head, result)
     head = replace(head, points=_points(result))
     head = _heights(path, head, result)
-    if "columns" in result:
-        x, y, z = result["columns"]
+    if columns:
+        x, y, z = columns
         lateral = unit_in_meters(path, x) if x and x == y else None
         return replace(head, unit=z or head.unit, lateral=lateral, columns=True)
     lateral = _lateral(path, result)
     if "side_x" in result and "side_y" in result:
         # Lengths without a unit of SPIP are in nanometers.
         default = lateral or (1e-9 if "ascii" in result else None)
-        if default is None and not all(_has_unit(result[f"side_{axis}"][0]) for axis in "yx"):
+        if default is None and not all(_has_unit(result[f"side_{axis}"]) for axis in "yx"):
             # The lengths may be numbers of points.
             return head
         sides = [_length(result, f"side_{axis}", default) for axis in "yx"]
@@ -208,47 +209,45 @@ def _parse_head_text(path: Path, result: dict[str, tuple[str, ...]], head: Head)
     return replace(head, lateral=lateral)
 
 
-def _heights(path: Path, head: Head, result: dict[str, tuple[str, ...]]) -> Head:
+def _heights(path: Path, head: Head, result: dict[str, str]) -> Head:
     """Return a header with the unit of its heights, and the factor to it."""
-    unit = _first(result, "unit").strip()
+    unit = result.get("unit", "").strip()
     if "koala" in result and not (unit and is_length(path, unit)):
-        unit, factor = result["koala"]
+        unit, factor = result["koala"].split()
         return replace(head, unit=unit, factor=_float(factor))
     if not unit and "spip" in result:
-        return replace(head, unit="nm", factor=_float(_first(result, "spip")))
+        return replace(head, unit="nm", factor=_float(result["spip"]))
     if unit and not is_length(path, unit):
         named = f" {head.channel!r}" if head.channel else ""
         raise FormatError(f"{path.name} holds{named} in {unit!r}, no heights; export the heights")
-    return replace(head, unit=unit, factor=_float(_first(result, "factor") or "1"))
+    return replace(head, unit=unit, factor=_float(result.get("factor", "1")))
 
 
-def _wyko(head: Head, result: dict[str, tuple[str, ...]]) -> Head:
+def _wyko(head: Head, result: dict[str, str]) -> Head:
     """Return the header of Wyko: a line per x, pixels in mm, heights in nm or wavelengths."""
     factor = 1.0
-    if _first(result, "wyko") == "0" and {"wyko_wave", "wyko_mult"} <= result.keys():
-        factor = _float(_first(result, "wyko_wave")) / _float(_first(result, "wyko_mult"))
+    if result["wyko"] == "0" and {"wyko_wave", "wyko_mult"} <= result.keys():
+        factor = _float(result["wyko_wave"]) / _float(result["wyko_mult"])
     pixel = None
     if "wyko_pixel" in result:
-        edge = 1e-3 * _float(_first(result, "wyko_pixel"))
-        pixel = edge, edge * _float(_first(result, "wyko_aspect") or "1")
+        edge = 1e-3 * _float(result["wyko_pixel"])
+        pixel = edge, edge * _float(result.get("wyko_aspect", "1"))
     points = None
     if {"wyko_x", "wyko_y"} <= result.keys():
-        points = int(_first(result, "wyko_y")), int(_first(result, "wyko_x"))
+        points = int(result["wyko_y"]), int(result["wyko_x"])
     return replace(head, unit="nm", factor=factor, pixel=pixel, points=points, turned=True)
 
 
-def _points(result: dict[str, tuple[str, ...]]) -> tuple[int, int] | None:
-    if "points" in result:
-        rows, columns = result["points"]
-        return int(rows), int(columns)
+def _points(result: dict[str, str]) -> tuple[int, int] | None:
+    listed = result.get("points", "").split()
     if {"points_x", "points_y"} <= result.keys():
-        return int(_first(result, "points_y")), int(_first(result, "points_x"))
-    return None
+        listed = listed or [result["points_y"], result["points_x"]]
+    return (int(listed[0]), int(listed[1])) if listed else None
 
 
-def _lateral(path: Path, result: dict[str, tuple[str, ...]]) -> float | None:
+def _lateral(path: Path, result: dict[str, str]) -> float | None:
     """Return the unit [m] of lengths along x and y."""
-    along_x, along_y = _first(result, "unit_x").strip(), _first(result, "unit_y").strip()
+    along_x, along_y = (result.get(f"unit_{axis}", "").strip() for axis in "xy")
     if not along_x:
         return None
     if along_y and along_y != along_x:
@@ -259,8 +258,8 @@ def _lateral(path: Path, result: dict[str, tuple[str, ...]]) -> float | None:
     return unit_in_meters(path, along_x)
 
 
-def _length(result: dict[str, tuple[str, ...]], key: str, metre: float | None) -> float:
-    text = _first(result, key).strip()
+def _length(result: dict[str, str], key: str, metre: float | None) -> float:
+    text = result[key].strip()
     number = re.match(_NUMBER, text)
     assert number is not None
     unit = text[number.end() :].strip()
@@ -271,10 +270,6 @@ def _length(result: dict[str, tuple[str, ...]], key: str, metre: float | None) -
 
 def _has_unit(text: str) -> bool:
     return re.fullmatch(_NUMBER, text.strip()) is None
-
-
-def _first(result: dict[str, tuple[str, ...]], key: str) -> str:
-    return result.get(key, ("",))[0]
 
 
 def _float(text: str) -> float:
