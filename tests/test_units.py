@@ -207,3 +207,20 @@ def test_errors_keep_argument_and_value() -> None:
         assert str(caught.value).startswith("load ")
     with pytest.raises(InputError, match=r"^load needs a weight, got '1 m'"):
         units.parse("1 m", "force", "load", needs="a weight")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [
+        ("1.85 GPa", "2.4 GPa", "1.85 to 2.40 GPa"),
+        ("2 %", "2.4 %", "2.0 to 2.4 %"),
+        ("9.8 %", "12 %", "9.8 to 12 %"),
+        ("950 nm", "1.05 µm", "950 nm to 1.05 µm"),
+        ("1.5e-06", "2e-05", "1.5e-06 to 2.0e-05"),
+        ("0", "0.25", "0 to 0.25"),
+        ("< 0.0001 %", "1.5 %", "< 0.0001 % to 1.5 %"),
+        ("98 %", "100 %", "98 to 100 %"),
+    ],
+)
+def test_ends_of_an_interval_have_equal_digits(low: str, high: str, text: str) -> None:
+    assert units.join_ends(low, high) == text

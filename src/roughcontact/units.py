@@ -79,6 +79,7 @@ Quantity = float | str | WithUnit
 Quantities = Sequence[Quantity] | WithUnit
 """Several quantities: a sequence, or one quantity of an array."""
 
+_END = re.compile(r"([-−+]?[\d,]+(?:\.\d+)?)((?:e[-+]?\d+)?(?: .*)?)")
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
 _SHARE = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%\s*")
@@ -265,6 +266,30 @@ def format_lengths(values: Sequence[float], between: str = " × ") -> str:
     """Return lengths as text, each with its SI prefix."""
     # No lower limit: a wrong unit of the input must remain visible.
     return between.join(_prefixed(value, "m") for value in values)
+
+
+def join_ends(low: str, high: str) -> str:
+    """Return both ends of an interval with equal digits, a common unit only once."""
+    ends = [_END.fullmatch(text) for text in (low, high)]
+    if None not in ends:
+        digits = max(_significant(end[1]) for end in ends if end)
+        low, high = (_with_digits(end, digits) for end in ends if end)
+    number, _, unit = low.partition(" ")
+    return f"{number if number and high.endswith(f' {unit}') else low} to {high}"
+
+
+def _significant(number: str) -> int:
+    """Return the significant digits of a number with decimals; those of an integer are unknown."""
+    return len(number.replace(".", "").lstrip("-−+0")) if "." in number else 0
+
+
+def _with_digits(end: re.Match[str], digits: int) -> str:
+    """Return a number with the trailing zeros that `_decimals` removed."""
+    number, rest = end[1], end[2]
+    shown = len(number.replace(".", "").replace(",", "").lstrip("-−+0"))
+    if 0 < shown < digits:
+        number = f"{number}{'' if '.' in number else '.'}{'0' * (digits - shown)}"
+    return number + rest
 
 
 def format_percent(share: float) -> str:

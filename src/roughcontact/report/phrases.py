@@ -26,6 +26,7 @@ from roughcontact.units import (
     format_engineering,
     format_percent,
     group_digits,
+    join_ends,
     order_of_magnitude,
 )
 
@@ -450,9 +451,7 @@ def format_short(value: float, unit: str) -> str:
 
 def range_text(low: float, high: float, form: Any) -> str:
     """Return both ends of an interval as text, with a common unit only once."""
-    first, last = form(low), form(high)
-    number, _, unit = first.partition(" ")
-    return f"{number if number and last.endswith(f' {unit}') else first} to {last}"
+    return join_ends(form(low), form(high))
 
 
 def map_name(surface: Any) -> str:

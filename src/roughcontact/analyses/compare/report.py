@@ -47,6 +47,7 @@ from roughcontact.report.kind import (
     stored_values,
 )
 from roughcontact.report.page import WIDE, Block
+from roughcontact.report.phrases import range_text
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import (
     count_noun,
@@ -355,7 +356,7 @@ def _error(item: SamplingError) -> str:
 
 
 def _needed(item: SamplingError) -> str:
-    return f"{_side(item.area)} ({_side(item.area_low)} to {_side(item.area_high)})"
+    return f"{_side(item.area)} ({range_text(item.area_low, item.area_high, _side)})"
 
 
 def _each(read: Callable[[SamplingError], Any]) -> Callable[[SamplingStudy], list[Any]]:

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.report.kind import Quantity
+from roughcontact.report.phrases import range_text
 from roughcontact.units import format_engineering, format_percent
+
+
+def with_ends(result: Any, form: Callable[[float], str]) -> str:
+    """Return a value with its interval."""
+    return f"{form(result.value)} ({range_text(result.low, result.high, form)})"
 
 
 def share(result: Any) -> str:
     """Return a share with its interval."""
-    return (
-        f"{format_percent(result.value)} ({format_percent(result.low)} to "
-        f"{format_percent(result.high)})"
-    )
+    return with_ends(result, format_percent)
 
 
 def length_of(result: Any) -> str:
     """Return a length with its interval."""
-    value, low, high = (
-        format_engineering(v, "m", 3) for v in (result.value, result.low, result.high)
-    )
-    return f"{value} ({low} to {high})"
+    return with_ends(result, lambda value: format_engineering(value, "m", 3))
 
 
 def _side(by: float) -> str:

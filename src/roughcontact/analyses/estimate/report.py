@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from roughcontact.analyses.estimate.fields import length_of, share
+from roughcontact.analyses.estimate.fields import length_of, share, with_ends
 from roughcontact.analyses.estimate.model import Estimate, EstimateRange
 from roughcontact.material.material import RIGID
 from roughcontact.references import make_use
 from roughcontact.report import phrases
 from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Quantity, Table, Use, split_label
-from roughcontact.report.phrases import format_share, format_short, range_text
+from roughcontact.report.phrases import format_share, format_short
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent, plain_decimal
 
@@ -25,17 +25,13 @@ def _ranged(key: str, label: str, form: Callable[[EstimateRange], str]) -> Table
     )
 
 
-def _ends(result: EstimateRange, form: Callable[[float], str]) -> str:
-    return f"{form(result.value)} ({range_text(result.low, result.high, form)})"
-
-
 def _per_length(value: float) -> str:
     """Return a stiffness per area in GPa/µm."""
     return f"{plain_decimal(value * 1e-15, 3)} GPa/µm"
 
 
 def _conductance_text(result: EstimateRange) -> str:
-    return _ends(result, partial(format_short, unit="W/(m² K)"))
+    return with_ends(result, partial(format_short, unit="W/(m² K)"))
 
 
 def _roughness_quantity(name: str, unit: str, meaning: str) -> Quantity:
@@ -69,7 +65,7 @@ ESTIMATE = (
     *_ranged(
         "stiffness",
         "normal stiffness [Pa/m]: per nominal area, at unloading",
-        lambda result: _ends(result, _per_length),
+        lambda result: with_ends(result, _per_length),
     ),
     *_ranged(
         "vacuum_conductance",
@@ -121,21 +117,21 @@ class EstimatePresentation(Presentation):
 
     def answer(self) -> str:
         """Return the contact area with its interval as a sentence."""
-        return f"About {_ends(self.result.contact, format_share)} of the face is in contact."
+        return f"About {with_ends(self.result.contact, format_share)} of the face is in contact."
 
     def numbers(self) -> CellTable:
         """Return gap, saturated area, plastic depth and plasticity index."""
         result = self.result
         length = partial(format_short, unit="m")
-        rows = [("Mean gap", _ends(result.gap, length))]
+        rows = [("Mean gap", with_ends(result.gap, length))]
         if result.saturated is not None:
-            rows.append(("At the ceiling", _ends(result.saturated, format_share)))
+            rows.append(("At the ceiling", with_ends(result.saturated, format_share)))
         if result.plastic_volume is not None:
-            rows.append(("Plastic depth, mean", _ends(result.plastic_volume, length)))
+            rows.append(("Plastic depth, mean", with_ends(result.plastic_volume, length)))
         if result.plasticity_index is not None:
             rows.append(("Plasticity index", f"E*h′/σ_Y = {result.plasticity_index:.3g}"))
         if result.stiffness is not None:
-            rows.append(("Normal stiffness", _ends(result.stiffness, _per_length)))
+            rows.append(("Normal stiffness", with_ends(result.stiffness, _per_length)))
         conductances = {"air": result.air_conductance, "vacuum": result.vacuum_conductance}
         for name, conductance in conductances.items():
             if conductance is not None:

@@ -23,7 +23,7 @@ from roughcontact.report.kind import (
 )
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
-from roughcontact.units import format_engineering, format_percent, order_of_magnitude
+from roughcontact.units import format_engineering, format_percent, join_ends, order_of_magnitude
 
 _NAMES = {
     search.CONTACT: "contact",
@@ -56,10 +56,7 @@ def _targets(loads: search.LoadSearch) -> list[str]:
 
 
 def _format_bracket(bracket: tuple[float, float]) -> str:
-    (low, unit), (high, other) = (
-        format_engineering(load, "N", _DIGITS).split() for load in bracket
-    )
-    return f"{low} to {high} {unit}" if unit == other else f"{low} {unit} to {high} {other}"
+    return join_ends(*(format_engineering(load, "N", _DIGITS) for load in bracket))
 
 
 def _bracket(loads: search.LoadSearch) -> list[str]:

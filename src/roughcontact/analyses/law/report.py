@@ -204,9 +204,7 @@ def _range(law: InterfaceLaw) -> str:
     result = law.resolved
     if math.isnan(result.low):
         return "none of the pressures"
-    return (
-        f"{format_engineering(result.low, 'Pa', 3)} to {format_engineering(result.high, 'Pa', 3)}"
-    )
+    return range_text(result.low, result.high, lambda value: format_engineering(value, "Pa", 3))
 
 
 def _part_size(law: InterfaceLaw) -> str:

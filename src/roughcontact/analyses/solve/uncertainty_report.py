@@ -22,7 +22,7 @@ from roughcontact.report.presentation import Presentation
 from roughcontact.uncertainty import intervals as uncertainty
 from roughcontact.uncertainty.intervals import Cause, ErrorSource, Interval, Uncertainty
 from roughcontact.uncertainty.resolution import QUANTITIES, ResolutionStudy
-from roughcontact.units import format_change, format_engineering, format_percent
+from roughcontact.units import format_change, format_engineering, format_percent, join_ends
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -309,7 +309,7 @@ def _ends(quantity: Quantity, interval: Interval) -> str:
     low, high = (quantity.format_value(value) for value in (interval.low, interval.high))
     if interval.unknown and low == high:
         return f"{low}, no interval"
-    text = low if low == high else f"{low} to {high}"
+    text = low if low == high else join_ends(low, high)
     if interval.measured is not None:
         center, measured = map(quantity.format_value, (interval.value, interval.measured))
         text = f"{center} ({text}); as measured {measured}"
