@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError
 from roughcontact.material import catalog, hardness
-from roughcontact.material.material import Material, contact_modulus
+from roughcontact.material.material import RIGID, Material, contact_modulus
 from roughcontact.theory import constriction
 
 ENTRIES = catalog.entries()
@@ -40,7 +40,7 @@ HARDENING = {
     "EN-GJS-400-15",
     "CuSn12Ni2-C",
 }
-BRITTLE = {"WC-6Co", "Al2O3", "Si3N4", "3Y-TZP", "fused silica", "polysilicon"}
+BRITTLE = {"WC-6Co", "Al2O3", "Si3N4", "3Y-TZP", "fused silica", "silicon", "polysilicon"}
 
 
 @each
@@ -204,6 +204,50 @@ def test_bearing_balls_of_silicon_nitride_have_their_hardness() -> None:
     value, scale, _ = hardness.parse(catalog.entry("silicon nitride").hardness.text)
     assert scale == "HV"
     assert 1400 <= value <= 1600
+
+
+def indentation_modulus(stiffness: np.ndarray, normal: tuple[float, ...]) -> float:
+    """Return the contact modulus of a crystal face by the tensor of Barnett and Lothe.
+
+    Vlassak and Nix, Phil. Mag. A 67 (1993) 1045, for an axisymmetric contact.
+    """
+    n = np.array(normal) / np.linalg.norm(normal)
+    across = np.linalg.svd(n[None])[2][1:]
+    angles = np.arange(24) * math.pi / 12
+    around = np.stack([np.cos(angles), np.sin(angles)], 1)
+    compliances = []
+    for t in around @ across:
+        m, p = (around @ np.stack(pair) for pair in ((n, np.cross(n, t)), (np.cross(t, n), n)))
+
+        def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+            return np.einsum("xi,ijkl,xl->xjk", a, stiffness, b)
+
+        inverse = np.linalg.inv(product(p, p))
+        tensor = (product(m, m) - product(m, p) @ inverse @ product(p, m)).mean(0)
+        compliances.append(n @ np.linalg.inv(tensor) @ n)
+    return float(2 / np.mean(compliances))
+
+
+def cubic(c11: float, c12: float, c44: float) -> np.ndarray:
+    unit = np.eye(3)
+    like, turned = (np.einsum(f"{axes}->ijkl", unit, unit) for axes in ("ik,jl", "il,jk"))
+    axial = np.einsum("ai,aj,ak,al->ijkl", unit, unit, unit, unit)
+    lame = c12 * np.einsum("ij,kl->ijkl", unit, unit)
+    return lame + c44 * (like + turned) + (c11 - c12 - 2 * c44) * axial
+
+
+@pytest.mark.parametrize(
+    ("face", "change"), [((1, 0, 0), -0.04), ((1, 1, 0), 0.01), ((1, 1, 1), 0.02)]
+)
+def test_note_on_silicon_gives_the_modulus_of_its_faces(
+    face: tuple[float, ...], change: float
+) -> None:
+    isotropic = indentation_modulus(cubic(150, 50, 50), face)
+    assert isotropic == pytest.approx(contact_modulus(Material(125, 0.25), RIGID), rel=1e-9)
+    silicon = catalog.material("silicon wafer")
+    known = indentation_modulus(cubic(165.7e9, 63.9e9, 79.6e9), face)
+    mean = silicon.young / (1 - silicon.poisson**2)
+    assert known / mean - 1 == pytest.approx(change, abs=0.005)
 
 
 # --- names -----------------------------------------------------------------------------------
