@@ -1,5 +1,6 @@
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -336,6 +337,29 @@ def test_elastic_counter_body_lowers_ceiling_below_equal_bodies() -> None:
     assert alike.factor == pytest.approx(ceiling_factor(alike.load_ratio), rel=1e-4)
     assert alike.load_ratio == pytest.approx(20, rel=0.03)
     assert 1.05 < elastic.factor / alike.factor < 1.1
+
+
+def test_coated_body_on_softer_one_has_the_calibrated_ceiling_of_an_elastic_body() -> None:
+    soft = rc.Material(70e9, 0.33, 0.3e9)
+    layer = rc.Layer(210e9, 0.3, 2e-6, hardness=20e9)
+    coated = rc.Material(210e9, 0.3, 2e9, coating=[layer])
+    plain, plated = (
+        rc.solve(
+            sphere(0.1).surface, material=body, counter_material=soft, load=1.0, ceiling="auto"
+        )
+        for body in (rc.Material(210e9, 0.3), coated)
+    )
+    known, found = recommended_ceiling(plain), recommended_ceiling(plated)
+    assert found is not None
+    assert found.ceiling == pytest.approx(known.ceiling, rel=2e-3)
+    (area,) = (x for x in uncertainty_intervals(plated) if x.name == "contact_fraction")
+    assert area.low < area.high
+    assert "ceiling of" not in str(area.unknown)
+    weak = replace(coated, coating=[replace(layer, hardness=0.5e9)])
+    under = rc.solve(
+        sphere(0.1).surface, material=weak, counter_material=soft, load=1.0, ceiling="coating"
+    )
+    assert recommended_ceiling(under) is None
 
 
 def test_a_history_has_the_ceiling_of_its_largest_load() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import ceiling_error
 import intervals as benchmark
@@ -15,7 +16,7 @@ from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import area_change
 from roughcontact.contact.result import CalibratedCeiling, Regime
 from roughcontact.surface import shapes
-from roughcontact.theory import hertz
+from roughcontact.theory import hertz, indenters
 from roughcontact.uncertainty.intervals import (
     _ONE_SPHERE,
     Cause,
@@ -93,6 +94,43 @@ def test_interval_beyond_first_yield_extends_to_larger_area():
     assert -0.08 < again.low < 0 < again.high < 0.08
     without = causes(interval(rc.solve(BALL, material=STEEL, load=12, ceiling=None)))
     assert without[Cause.YIELDING].high > doubt.high
+
+
+@pytest.mark.parametrize("load", [5e5, 7e5, 1.2e6])
+@pytest.mark.parametrize("sq", [0.0, 0.4e-6])
+def test_interval_of_profile_contains_area_at_first_yield(load, sq):
+    x = (np.arange(1024) - 511.5) * 1e-6
+    waves = np.random.default_rng(3).normal(size=40) * np.arange(1, 41) ** -1.5
+    rough = np.sin(2 * np.pi * np.outer(np.arange(1, 41), x) / 200e-6 + waves[:, None]).T @ waves
+    trace = rc.Surface(sq * rough / np.std(rough) - x**2 / 2e-2, 1e-6)
+    contact, lower = (
+        rc.solve(trace, material=STEEL, load=load, ceiling=ceiling, boundary="periodic-y")
+        for ceiling in ("auto", STEEL.line_yield_pressure)
+    )
+    doubt = causes(interval(contact))[Cause.YIELDING]
+    assert doubt.low == 0
+    change = lower.contact_area / contact.contact_area - 1
+    assert change <= doubt.high < 1.3 * change + 0.15
+    hard = rc.Material(210e9, 0.3, 1e9, hardness=3.6e9)
+    known = causes(interval(rc.solve(trace, material=hard, load=load, boundary="periodic-y")))
+    share = contact.saturated_fraction / contact.contact_fraction
+    assert known[Cause.YIELDING].low == pytest.approx(-share / 6)
+
+
+def test_excess_over_first_yield_bounds_area_of_a_sphere():
+    for ratio in (1.02, 1.2, 1.6, 3.0, 10.0):
+        # Hertz contact of peak pressure ratio under a ceiling of 1, with E* and R of 1.
+        elastic = ratio * math.pi / 2
+        load = 4 / 3 * elastic**3
+        radius = brentq(
+            lambda a, load=load: math.pi * a**2 * indenters.mean_under_ceiling(a) - load,
+            elastic,
+            10 * elastic,
+        )
+        r = (np.arange(2000) + 0.5) / 2000 * elastic
+        excess = np.maximum(ratio * np.sqrt(1 - (r / elastic) ** 2) - 1, 0)
+        bound = float((excess * 2 * np.pi * r).sum()) * elastic / 2000
+        assert math.pi * (radius**2 - elastic**2) <= bound * 1.001
 
 
 def test_unknown_causes_are_reported():

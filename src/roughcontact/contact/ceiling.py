@@ -185,16 +185,32 @@ def _slope_of_load_ratio(load: float, mean: Callable[[float], float]) -> float:
 
 def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
     """Return the ceiling calibrated from one solution of a contact."""
-    body = result.pair.softer
-    if body is None or body.yield_strength is None:
+    bodies = _yielding_bodies(result.pair)
+    if bodies is None:
         return None
     slope = math.sqrt(2) * _contact_slope(result)
     if slope == 0:
         return None
     mean = result.load / result.perimeter_corrected_area
     nominal = 0.0 if result.boundary.free_axes else result.load / result.touchable_area
-    bodies = result.material, result.counter_material
     return recommend_ceiling(bodies, slope, mean, nominal)
+
+
+def _yielding_bodies(pair: Pair) -> tuple[Material, Material] | None:
+    """Return both bodies, a harder coated one as elastic; None without a known yield strength."""
+    bodies = pair.material, pair.counter_material
+    if pair.is_coated:
+        softest = {body.ceiling for body in bodies if not body.coating}
+        if set(coated_ceilings(pair).values()) != softest:
+            return None
+        surfaces = (body.outermost for body in bodies)
+        first, second = (
+            replace(surface, yield_strength=None, hardness=None) if body.coating else body
+            for body, surface in zip(bodies, surfaces, strict=True)
+        )
+        bodies = first, second
+    softer = softer_material(*bodies)
+    return None if softer is None or softer.yield_strength is None else bodies
 
 
 def coated_ceilings(pair: Pair) -> dict[str, float]:

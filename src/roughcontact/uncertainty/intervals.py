@@ -294,14 +294,33 @@ def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
         # The ceiling of a coated body is between those of its coating and its base.
         change = getattr(other, name) / getattr(result, name) - 1
         return ErrorSource(Cause.YIELDING, min(change, 0.0), max(change, 0.0))
-    advice = plausibility.recommended_ceiling_of(result) if name == "contact_fraction" else None
-    if advice is None or isinstance(result.ceiling, np.ndarray):
+    if name != "contact_fraction" or isinstance(result.ceiling, np.ndarray):
         return ErrorSource(Cause.YIELDING, math.nan, math.nan)
+    advice = plausibility.recommended_ceiling_of(result)
+    # NaN outside the range of the calibration.
+    error = math.nan if advice is None else plausibility.shown_error(result) + _ONE_SPHERE
+    if advice is None or math.isnan(error):
+        return ErrorSource(Cause.YIELDING, *_area_bounds(result))
     change = plausibility.calibrated_area_change(result, advice)
-    error = plausibility.shown_error(result) + _ONE_SPHERE
-    # Both are NaN outside the range of the calibration.
-    low, high = _change_bounds(change, error * (1 + change))
-    return ErrorSource(Cause.YIELDING, low, high)
+    return ErrorSource(Cause.YIELDING, *_change_bounds(change, error * (1 + change)))
+
+
+def _area_bounds(result: ContactResult) -> tuple[float, float]:
+    """Return the error bounds of the contact area without a calibrated ceiling.
+
+    The plateau of a yielding spot is between the peak pressure at first yield p_y and the ceiling
+    of full plasticity. Under the ceiling p_y the excess of the pressure over p_y is carried by
+    additional area: at most the excess load over p_y, for one sphere or cylinder of any load.
+    """
+    body, softer = result.pair.first_to_yield, result.pair.softer
+    first = None if body is None else result.pair.yields_at(body)
+    if first is None or softer is None or softer.ceiling is None or softer.poisson < 0:
+        return math.nan, math.nan
+    excess = float(np.sum(np.maximum(result.pressure - first, 0.0), dtype=np.float64))
+    high = excess * result.pixel_area / first / result.contact_area + _ONE_SPHERE
+    largest = max(softer.ceiling, softer.hardness or 0.0)
+    share = result.saturated_fraction / result.contact_fraction
+    return -share * max(1 - float(result.ceiling or math.inf) / largest, 0.0), high
 
 
 def _change_bounds(change: float, error: float) -> tuple[float, float]:

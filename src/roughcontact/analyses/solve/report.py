@@ -336,8 +336,11 @@ class ContactPresentation(Presentation):
         if result.converged:
             interval = uncertainty_report.area_interval(result, self.study) if result.load else None
             if interval is not None:
-                hint = uncertainty_report.is_correctable(result)
-                yield uncertainty_report.sources(interval, instrument=hint)
+                yield uncertainty_report.sources(
+                    interval,
+                    hint=not result.pair.is_profile,
+                    instrument=uncertainty_report.is_correctable(result),
+                )
             if result.measurement is not None:
                 yield from result.measurement.remarks
         yield phrases.status(result)
