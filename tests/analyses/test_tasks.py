@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 import roughcontact
+from roughcontact.analyses.tasks import TASKS
+from roughcontact.request import options
 
 OPTION = """
 STRETCH = Option(
@@ -177,3 +179,9 @@ def test_a_task_with_its_result_runs_from_command_project_and_page(checkout: Pat
     assert written["height"] == told["height"]
     pytest.importorskip("panel", reason="needs roughcontact[desk]")
     assert "Multiple of Sq." in python(checkout, "-c", ANSWERED)
+
+
+def test_every_task_with_a_report_takes_its_head() -> None:
+    for task in TASKS:
+        if options.REPORT in task.options:
+            assert set(options.HEAD) <= set(task.options), task.name

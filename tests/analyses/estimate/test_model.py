@@ -508,3 +508,13 @@ def test_command_rejects_input_in_one_sentence(
     error = capsys.readouterr().err
     assert complaint in error
     assert error.count("\n") == 1
+
+
+def test_report_of_an_estimate_has_its_head_bodies_and_sources(tmp_path: Path) -> None:
+    page = tmp_path / "estimate.html"
+    options = ["--finish", "ground", "--pressure", "20 MPa", "--material", "42CrMo4", "--quiet"]
+    head = ["--set", "project=Pump 7", "--set", "author=A. Smith", "--report", str(page)]
+    assert app.main(["estimate", "--ra", "0.8 um", *options, *head]) == 0
+    text = page.read_text(encoding="utf-8")
+    for part in ("Pump 7", "A. Smith", "Signature", "Young's modulus", "Lucefin", "Persson"):
+        assert part in text.replace("&#39;", "'")

@@ -9,8 +9,9 @@ from roughcontact.analyses.estimate.fields import length_of, share, with_ends
 from roughcontact.analyses.estimate.model import Estimate, EstimateRange
 from roughcontact.material.material import RIGID
 from roughcontact.references import make_use
-from roughcontact.report import phrases
+from roughcontact.report import chapters, inputs, phrases
 from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Quantity, Table, Use, split_label
+from roughcontact.report.page import Block
 from roughcontact.report.phrases import format_share, format_short
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent, plain_decimal
@@ -146,6 +147,22 @@ class EstimatePresentation(Presentation):
                 "ceiling 3 σ_Y to the hardness. A map narrows them.",
             )
         return ("Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",)
+
+    def inputs(self) -> list[Block]:
+        """Return the blocks on both bodies, the surface and the load."""
+        if self.result.bodies is None:
+            return super().inputs()
+        return chapters.body_blocks(
+            self.result.bodies, self.rows(PROBLEM), inputs.bodies("ceiling")
+        )
+
+    def method(self) -> Iterator[str]:
+        """Yield the paragraph on the formulas."""
+        yield (
+            "Polynomials corrected by Persson's theory, fitted to solved contacts of generated "
+            "maps; 90 of 100 such maps are within the intervals. Stiffness and conductance are "
+            "those of correlations of flat joints. No solution was computed: nothing is certified."
+        )
 
     def works(self) -> Iterator[Use]:
         """Yield the works on the formulas."""

@@ -91,7 +91,7 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
         *options.MATERIALS,
         options.HARDENING,
         OUTPUT,
-        *options.SHOWN,
+        *options.OUTPUT,
     ),
     short_help="sq sdq sal ssk ra finish pressure material missing json",
     run=_run,

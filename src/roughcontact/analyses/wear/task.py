@@ -41,7 +41,7 @@ WORN_COUNTER = Option.file("worn-counter-surface", "Worn counter-body.", _SURFAC
 FIGURE = Option.figure("running-in")
 _PLAIN: tuple[Option[Any], ...] = (options.LOAD, DISTANCE, MOTION, FRICTION, options.FOLDER)
 _ARGUMENTS = (WEAR, DISTANCE, COUNTER_WEAR, MOTION, FRICTION)
-_FILES = (OUTPUT, WORN_SURFACE, WORN_COUNTER, options.FOLDER, options.REPORT, FIGURE)
+_FILES = (OUTPUT, WORN_SURFACE, WORN_COUNTER, options.FOLDER, *options.REPORTING, FIGURE)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
