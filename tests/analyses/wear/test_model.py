@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -159,6 +160,28 @@ COMMAND = [
 ]
 
 
+def test_headline_covers_both_ceilings_of_bare_and_coated_bodies(tmp_path: Path) -> None:
+    layer = rc.Layer(160e9, 0.2, 2e-6, hardness=16e9)
+    short: dict[str, Any] = {**TERMS, "distance": "3 mm"}
+    for material, ceiling, other in (
+        (rc.Material(210e9, 0.3, 1e9), "auto", "calibrated"),
+        (rc.Material(210e9, 0.3, 1e9, coating=[layer]), "bracket", "base"),
+    ):
+        given = {**short, "material": material}
+        worn = wear(rough(), **given, ceiling=ceiling, folder=tmp_path / ceiling)
+        answer = presentation_of(worn).answer()
+        low, high = map(float, re.findall(r"([0-9.]+) to ([0-9.]+) %\)", answer)[-1])
+        second = wear(rough(), **given, ceiling=other)
+        assert low <= 100 * second.last.contact_fraction * 1.03
+        assert 100 * second.last.contact_fraction <= 1.03 * high
+        assert low <= 100 * worn.last.contact_fraction * 1.03 < 1.06 * high
+        again = wear(rough(), **given, ceiling=ceiling, folder=tmp_path / ceiling)
+        assert presentation_of(again).answer() == answer
+        if ceiling == "bracket":
+            assert worn.base.last.contact_fraction == second.last.contact_fraction
+            assert worn.summary()["base"]["contact_area"][-1] == second.steps[-1].contact_area
+
+
 @pytest.fixture
 def ground(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -170,7 +193,9 @@ def test_command_prints_answer_and_writes_worn_surface(capsys: pytest.CaptureFix
     files = ["--worn-surface", "worn.x3p", "--output", "running-in.csv"]
     assert app.main([*COMMAND, "--wear", "1e-15 m2/N", *files]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
-    assert "Runs in after 500 mm: contact 1.5 to 23 %, Sq 200 to 161 nm, 25 nm mean wear." in shown
+    assert "Runs in after 500 mm: contact 1.5 % (1." in shown
+    assert "200 to 161 nm, 25 nm mean wear." in shown
+    assert "Do not level the worn map again: --level none; a plane would tilt" in shown
     assert rc.read_surface("worn.x3p").Sq == pytest.approx(161e-9, rel=0.01)
     assert Path("running-in.csv").exists()
     assert app.main([*COMMAND, "--wear", "1e-4"]) != app.SOLVED

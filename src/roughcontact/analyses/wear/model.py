@@ -38,11 +38,11 @@ from roughcontact._tools.arrays import Array
 from roughcontact._tools.checkpoints import RunFolder
 from roughcontact.cautions import Caution
 from roughcontact.contact import validation
-from roughcontact.contact.ceiling import first_ceiling
-from roughcontact.contact.load_case import Load, LoadCase, resolve_force
+from roughcontact.contact.ceiling import first_ceiling, is_bracket
+from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
 from roughcontact.contact.nominal_hertz import is_nominal_origin
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import BASE, ContactResult
 from roughcontact.contact.series import StepResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_choice, require_count
@@ -144,6 +144,8 @@ class Wear(StepResult):
         at other places) where the last step is divided in two; the error is about as large.
     friction : float or None
         Friction coefficient.
+    base : Wear or None
+        The same under the ceiling of the base of a coated body, if both were requested.
     """
 
     steps: tuple[WearStep, ...]
@@ -154,6 +156,7 @@ class Wear(StepResult):
     last: ContactResult
     step_errors: Mapping[str, float]
     friction: float | None = None
+    base: Wear | None = None
 
     @property
     def worn(self) -> Surface:
@@ -314,10 +317,12 @@ def wear(
     validation.check_problem(pair, terms, held=MAX_HELD_RESULTS)
     run = _Run(pair, terms, shaping, _distances(distance), max_moved, steps)
     run.check_noise()
-    with run.lock(folder) as place:
-        solved, contacts, errors = run.follow_distance(place, progress)
-    first, last = (replace(item, specified_load=specified) for item in contacts)
-    return Wear(solved, coefficients, run.distances, motion, first, last, errors, friction)
+    stated = {"coefficients": coefficients, "motion": motion, "friction": friction}
+    result = run.result(folder, progress, specified, **stated)
+    if not is_bracket(pair, ceiling):
+        return result
+    run, below = replace(run, terms=replace(terms, ceiling=BASE)), folder and Path(folder) / BASE
+    return replace(result, base=run.result(below, progress, specified, **stated))
 
 
 def _coefficient(value: Any, argument: str) -> float:
@@ -513,6 +518,21 @@ class _Run:
             Ssk=height["Ssk"],
             Spk=roughness.core_parameters(*roughness.material_ratio_curve(heights))["Spk"],
             moved=0.0,
+        )
+
+    def result(
+        self, folder: Any, progress: Tell, specified: GivenLoad | None, **stated: Any
+    ) -> Wear:
+        """Return the wear over the whole distance."""
+        with self.lock(folder) as place:
+            solved, (first, last), errors = self.follow_distance(place, progress)
+        return Wear(
+            solved,
+            distances=self.distances,
+            first=replace(first, specified_load=specified),
+            last=replace(last, specified_load=specified),
+            step_errors=errors,
+            **stated,
         )
 
     def lock(

@@ -13,12 +13,15 @@ import numpy as np
 
 from roughcontact._tools import netcdf
 from roughcontact._tools.files import require_suffix
+from roughcontact.analyses.solve import uncertainty_report
 from roughcontact.analyses.solve.fields import stored_quantity
 from roughcontact.analyses.wear.figures import running_in
 from roughcontact.analyses.wear.model import Wear
 from roughcontact.contact import archive
 from roughcontact.contact.nominal_hertz import has_nominal_body
+from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import maps
+from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.formats import export
 from roughcontact.references import make_use
 from roughcontact.report import assumptions, chapters, phrases
@@ -37,7 +40,7 @@ from roughcontact.report.kind import (
 from roughcontact.report.page import WIDE
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
-from roughcontact.units import format_change, group_digits, order_of_magnitude
+from roughcontact.units import format_change, group_digits, join_ends, order_of_magnitude
 
 
 def _is_rough(result: Wear) -> bool:
@@ -50,6 +53,31 @@ def _is_map(result: Wear) -> bool:
 
 def _coefficients(values: tuple[float, float]) -> str:
     return ", ".join(f"{value:.3g} m²/N" for value in values if value)
+
+
+def _contact(result: ContactResult, base: ContactResult | None = None) -> str:
+    """Return the contact fraction of a contact with its interval, which covers both ceilings."""
+    ends = list(uncertainty_report.area_ends(result) or ())
+    if base is not None:
+        ends += [result.contact_fraction, base.contact_fraction]
+    whole = result.nominal_area / result.touchable_area
+    text = format_share(result.contact_fraction * whole)
+    if not ends:
+        return text
+    low, high = (format_share(end(ends) * whole) for end in (min, max))
+    return text if low == high else f"{text} ({join_ends(low, high)})"
+
+
+# Rise of the plane of the worn map over its Sq from which leveling changes the contact.
+_MIN_RISE = 0.01
+
+
+def _plane_rise(result: Wear) -> float:
+    """Return the height that a plane through the worn map rises over the map [m]."""
+    if not _is_rough(result):
+        return 0.0
+    plane = result.worn.heights - result.worn.leveled().heights
+    return float(np.nanmax(plane) - np.nanmin(plane))
 
 
 def _rate(value: float) -> str:
@@ -104,6 +132,7 @@ _TABLE = (
     Quantity("conforms"),
     Quantity("step_errors"),
     *CAUTIONS,
+    Quantity("base", of=lambda result: result.base and stored_columns(_COLUMNS, result.base)),
     Quantity("steps", of=lambda result: stored_columns(_COLUMNS, result)),
     Quantity("version", of="last.version"),
 )
@@ -148,8 +177,9 @@ class WearPresentation(Presentation):
     def answer(self) -> str:
         """Return distance, contact, roughness and wear depth as a sentence."""
         result = self.result
-        first, last, area = result.steps[0], result.steps[-1], result.last.touchable_area
-        contact = range_text(first.contact_area / area, last.contact_area / area, format_share)
+        first, last = result.steps[0], result.steps[-1]
+        base = None if result.base is None else result.base.last
+        contact = f"{_contact(result.first)} to {_contact(result.last, base)}"
         reached = f"after {format_short(result.distance, 'm')}: contact {contact}"
         if not _is_rough(result):
             deepest, form = format_short(last.max_wear, "m"), partial(format_short, unit="Pa")
@@ -192,6 +222,13 @@ class WearPresentation(Presentation):
         if result.friction_work is not None:
             work = format_short(result.friction_work, "J" if _is_map(result) else "J/m")
             yield f"Work of friction: {work}"
+        if (rise := _plane_rise(result)) > _MIN_RISE * result.worn.Sq:
+            height = format_short(rise, "m")
+            yield Sentence(
+                "Do not level the worn map again: ",
+                ArgumentRef("level", "none"),
+                f"; a plane would tilt its plateau by {height}",
+            )
         contact, peak = (format_change(errors[key]) for key in ("contact_area", "max_pressure"))
         yield f"Last step in two: contact {contact}, peak pressure {peak}"
         worst = max(step.certificate for step in result.steps)
