@@ -117,6 +117,16 @@ def test_interval_of_profile_contains_area_at_first_yield(load, sq):
     assert known[Cause.YIELDING].low == pytest.approx(-share / 6)
 
 
+def test_interval_of_hardness_covers_strengths_from_a_third_of_it():
+    surface, load = rc.Surface(*rc.reference_map(128)), "100 MPa"
+    given = {"load": load, "boundary": "periodic"}
+    brittle = rc.solve(surface, material=rc.Material(160e9, 0.22, hardness=6e9), **given)
+    found = interval(brittle)
+    assert found.low < brittle.contact_fraction < found.high
+    metal = rc.solve(surface, material=rc.Material(160e9, 0.22, 2e9), ceiling="calibrated", **given)
+    assert found.low < metal.contact_fraction < found.high
+
+
 def test_excess_over_first_yield_bounds_area_of_a_sphere():
     for ratio in (1.02, 1.2, 1.6, 3.0, 10.0):
         # Hertz contact of peak pressure ratio under a ceiling of 1, with E* and R of 1.

@@ -28,6 +28,7 @@ import numpy as np
 
 from roughcontact.contact import hertz_comparison, plausibility
 from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
 from roughcontact.uncertainty.resolution import STEADY_TOLERANCE, ResolutionStudy
@@ -312,10 +313,14 @@ def _area_bounds(result: ContactResult) -> tuple[float, float]:
     of full plasticity. Under the ceiling p_y the excess of the pressure over p_y is carried by
     additional area: at most the excess load over p_y, for one sphere or cylinder of any load.
     """
-    body, softer = result.pair.first_to_yield, result.pair.softer
-    first = None if body is None else result.pair.yields_at(body)
-    if first is None or softer is None or softer.ceiling is None or softer.poisson < 0:
+    pair, softer = result.pair, result.pair.softer
+    if softer is None or softer.ceiling is None or softer.poisson < 0:
         return math.nan, math.nan
+    if softer.yield_strength is None:
+        # The strength is a third of the hardness or more (Tabor 1951).
+        softer = replace(softer, yield_strength=softer.ceiling / CEILING_FACTOR)
+    bodies = (softer, pair.first_to_yield)
+    first = min(filter(None, (body and pair.yields_at(body) for body in bodies)))
     excess = float(np.sum(np.maximum(result.pressure - first, 0.0), dtype=np.float64))
     high = excess * result.pixel_area / first / result.contact_area + _ONE_SPHERE
     largest = max(softer.ceiling, softer.hardness or 0.0)
