@@ -316,11 +316,10 @@ def _area_bounds(result: ContactResult) -> tuple[float, float]:
     pair, softer = result.pair, result.pair.softer
     if softer is None or softer.ceiling is None or softer.poisson < 0:
         return math.nan, math.nan
-    if softer.yield_strength is None:
-        # The strength is a third of the hardness or more (Tabor 1951).
-        softer = replace(softer, yield_strength=softer.ceiling / CEILING_FACTOR)
-    bodies = (softer, pair.first_to_yield)
-    first = min(filter(None, (body and pair.yields_at(body) for body in bodies)))
+    # The strength of a body with only a hardness is a third of it or more (Tabor 1951).
+    weak = replace(softer, yield_strength=softer.yield_strength or softer.ceiling / CEILING_FACTOR)
+    known = (pair.yields_at(body) for body in (weak, pair.first_to_yield) if body is not None)
+    first = min(pressure for pressure in known if pressure is not None)
     excess = float(np.sum(np.maximum(result.pressure - first, 0.0), dtype=np.float64))
     high = excess * result.pixel_area / first / result.contact_area + _ONE_SPHERE
     largest = max(softer.ceiling, softer.hardness or 0.0)
