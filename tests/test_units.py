@@ -224,3 +224,9 @@ def test_errors_keep_argument_and_value() -> None:
 )
 def test_ends_of_an_interval_have_equal_digits(low: str, high: str, text: str) -> None:
     assert units.join_ends(low, high) == text
+
+
+def test_ends_have_a_least_number_of_digits() -> None:
+    assert units.join_ends("2 %", "3 %", 2) == "2.0 to 3.0 %"
+    assert units.join_ends("0.2 %", "100 %", 2) == "0.20 to 100 %"
+    assert units.join_ends("0 %", "12 %", 2) == "0 to 12 %"

@@ -268,11 +268,14 @@ def format_lengths(values: Sequence[float], between: str = " × ") -> str:
     return between.join(_prefixed(value, "m") for value in values)
 
 
-def join_ends(low: str, high: str) -> str:
-    """Return both ends of an interval with equal digits, a common unit only once."""
+def join_ends(low: str, high: str, digits: int = 0) -> str:
+    """Return both ends of an interval with equal digits, a common unit only once.
+
+    ``digits`` is the least number of digits of both.
+    """
     ends = [_END.fullmatch(text) for text in (low, high)]
     if None not in ends:
-        digits = max(_significant(end[1]) for end in ends if end)
+        digits = max(digits, *(_significant(end[1]) for end in ends if end))
         low, high = (_with_digits(end, digits) for end in ends if end)
     number, _, unit = low.partition(" ")
     return f"{number if number and high.endswith(f' {unit}') else low} to {high}"

@@ -438,9 +438,12 @@ DIGITS = 3
 """Number of significant digits of the headline."""
 
 
+_SHARE_DIGITS = 2
+
+
 def format_share(value: float) -> str:
     """Return a share as text in per cent, with two digits."""
-    text = f"{100 * value:.2g}"
+    text = f"{100 * value:.{_SHARE_DIGITS}g}"
     return format_percent(value) if "e" in text else f"{text} %"
 
 
@@ -451,7 +454,7 @@ def format_short(value: float, unit: str) -> str:
 
 def range_text(low: float, high: float, form: Any) -> str:
     """Return both ends of an interval as text, with a common unit only once."""
-    return join_ends(form(low), form(high))
+    return join_ends(form(low), form(high), _SHARE_DIGITS if form is format_share else 0)
 
 
 def map_name(surface: Any) -> str:

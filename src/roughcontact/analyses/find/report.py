@@ -56,7 +56,8 @@ def _targets(loads: search.LoadSearch) -> list[str]:
 
 
 def _format_bracket(bracket: tuple[float, float]) -> str:
-    return join_ends(*(format_engineering(load, "N", _DIGITS) for load in bracket))
+    low, high = (format_engineering(load, "N", _DIGITS) for load in bracket)
+    return join_ends(low, high)
 
 
 def _bracket(loads: search.LoadSearch) -> list[str]:

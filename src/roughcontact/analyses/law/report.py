@@ -196,7 +196,7 @@ def _draw_law_gap(axes: Axes, law: InterfaceLaw) -> None:
     style.name_axes(
         axes,
         y=f"separation, mean gap [{unit}]",
-        title="Separation of the mean planes and mean open gap",
+        title="Separation and mean open gap",
     )
 
 

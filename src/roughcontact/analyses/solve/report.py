@@ -292,7 +292,7 @@ class ContactPresentation(Presentation):
         if smooth is not None:
             return _hertz_comparison(result, smooth.area, interval)
         what = "profile" if result.pair.is_profile else "face"
-        ends = _ends(interval, lambda value: format_share(value))
+        ends = _ends(interval, format_share)
         share = format_share(interval.value if interval else result.contact_fraction)
         return f"{share} of the {what} is in contact{ends}{_yields(result)}"
 
