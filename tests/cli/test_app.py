@@ -1642,3 +1642,19 @@ def test_command_of_bare_bodies_names_the_reason(
     printed = capsys.readouterr().err
     assert "--coating is not available: the" in printed
     assert "conductance" in printed
+
+
+def test_solve_prints_the_range_of_several_profiles(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = []
+    for number in (1, 2):
+        names.append(str(tmp_path / f"trace{number}.txt"))
+        x = np.arange(200) * 0.5
+        rows = zip(x, number * np.sin(x / 3), strict=True)
+        lines = [f"{place:.1f} {height:.4f}" for place, height in rows]
+        Path(names[-1]).write_text("\n".join(["X [um] Z [um]", *lines]), encoding="utf-8")
+    given = ["--load", "20 MPa", "--young", "210 GPa", "--poisson", "0.3"]
+    assert app.main(["solve", *names, *given]) == app.SOLVED
+    last = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"2 of 2 files solved; [\d.]+ to [\d.]+ % of the profile is in contact", last)

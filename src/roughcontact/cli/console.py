@@ -71,18 +71,22 @@ def print_outcomes(names: Sequence[str], outcomes: Sequence[Outcome | Exception]
 
     rows: list[Cells] = []
     shares: list[float] = []
+    what = "face"
     for name, item in zip(names, outcomes, strict=True):
         if isinstance(item, Exception):
             rows.append((name, "not solved"))
             continue
         rows.append((name, presentation_of(item.result, **item.extra_results).answer()))
         # The elastoplastic result has its contact as its solution.
-        shares.append(getattr(item.result, "solution", item.result).contact_fraction)
+        contact = getattr(item.result, "solution", item.result)
+        shares.append(contact.contact_fraction)
+        what = "profile" if contact.pair.is_profile else "face"
     _print_table(rows, heads=("file", "result"), fold=True)
     text = f"{len(shares)} of {units.count_noun(len(rows), 'file')} solved"
     if shares:
         low, high = (units.format_percent(end(shares)) for end in (min, max))
-        text += f"; {low} to {high} of the face is in contact"
+        ends = low if low == high else units.join_ends(low, high)
+        text += f"; {ends} of the {what} is in contact"
     _print_lines(f"{text}.")
 
 
