@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-PATIENCE = 90.0
+TIMEOUT = 90.0
 """Seconds for anything to come; what fails takes so long, nothing else does."""
 
 FOLDED = ".icon-tabler-chevron-right"
@@ -121,11 +121,11 @@ class Seat:
 
     def __init__(self, browser: Any, url: str, width: int = 1280, height: int = 800) -> None:
         self.page = browser.new_page(viewport={"width": width, "height": height})
-        self.page.set_default_timeout(1000 * PATIENCE)
+        self.page.set_default_timeout(1000 * TIMEOUT)
         self.foreign: list[str] = []
         self.dialogs: list[str] = []
         self.errors: list[str] = []
-        self.page.on("request", self._asked)
+        self.page.on("request", self._check_request)
         self.page.on("websocket", lambda socket: self._reached(socket.url))
         self.page.on("dialog", self._spoken)
         self.page.on("pageerror", lambda error: self.errors.append(str(error)[:200]))
@@ -156,7 +156,7 @@ class Seat:
         """Return the warnings that contain a text."""
         return self.page.get_by_role("alert").filter(has_text=text)
 
-    def bring(self, file: Any, shown: str) -> None:
+    def choose_file(self, file: Any, shown: str) -> None:
         """Choose a file, and wait until the page has read it."""
         self.page.locator("input[type=file]").first.set_input_files(file)
         self.page.locator("p > b").get_by_text(shown, exact=True).wait_for()
@@ -208,7 +208,7 @@ class Seat:
             f"(text) => ({_TITLES})().some((t) => t.includes(text))", arg=text
         )
 
-    def take(self, kind: str, folder: Path) -> Path:
+    def download(self, kind: str, folder: Path) -> Path:
         """Create and download a file."""
         self.turn("Export")
         self.choose("File", kind)
@@ -222,7 +222,7 @@ class Seat:
         coming.value.save_as(path)
         return path
 
-    def _asked(self, request: Any) -> None:
+    def _check_request(self, request: Any) -> None:
         if not request.url.startswith(("data:", "blob:")):
             self._reached(request.url)
 

@@ -36,7 +36,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPRequest
 from tornado.websocket import websocket_connect
 
 import roughcontact as rc
-from browsing import PATIENCE, Seat, Served, browser, lacking
+from browsing import TIMEOUT, Seat, Served, browser, lacking
 from roughcontact.analyses.tasks import from_text
 from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.session import SessionState
@@ -66,7 +66,7 @@ DRAG = 4.0
 """Seconds of a drag."""
 
 
-def made(folder: Path, points: int) -> Path:
+def write_map(folder: Path, points: int) -> Path:
     """Return a rough map of that many points a side."""
     heights = rc.self_affine(
         (points, points),
@@ -81,10 +81,10 @@ def made(folder: Path, points: int) -> Path:
     return path
 
 
-def pressed(started: Any, served: Served, path: Path) -> Seat:
+def open_contact(started: Any, served: Served, path: Path) -> Seat:
     """Return a page with a contact on it, of which the steps of the slider are watched."""
     seat = Seat(started, served.home)
-    seat.bring(path, path.name)
+    seat.choose_file(path, path.name)
     seat.choose("Material", "100Cr6")
     seat.choose("Boundary", "the whole contact")
     seat.type("Value with unit", "20 MPa")
@@ -100,15 +100,15 @@ def step(seat: Seat, key: str) -> None:
     seat.page.get_by_role("slider").press(key, no_wait_after=True)
 
 
-def waited(seat: Seat, count: int) -> list[float]:
+def measure_steps(seat: Seat, count: int) -> list[float]:
     """Return how long a number of steps took [s], as soon as they are done."""
     seat.page.wait_for_function(
-        "(count) => window.waited.length >= count", arg=count, timeout=1000 * PATIENCE
+        "(count) => window.waited.length >= count", arg=count, timeout=1000 * TIMEOUT
     )
     return [one / 1000 for one in seat.page.evaluate("window.waited")]
 
 
-def dragged(seat: Seat, seconds: float) -> int:
+def count_drag_pictures(seat: Seat, seconds: float) -> int:
     """Return how many pictures a drag of the slider over its middle half shows."""
     at = seat.page.get_by_role("slider").bounding_box()
     assert at is not None
@@ -125,30 +125,30 @@ def dragged(seat: Seat, seconds: float) -> int:
     return pictures
 
 
-def slid(seat: Seat, steps: int) -> tuple[list[float], list[str]]:
+def move_slider(seat: Seat, steps: int) -> tuple[list[float], list[str]]:
     """Return how long steps took, one after the other [s], and the loads to which they led."""
     loads = []
     for count in range(1, steps + 1):
         # Up and down again, around the load at which it began.
         step(seat, "ArrowRight" if (count - 1) // 15 % 2 == 0 else "ArrowLeft")
-        times = waited(seat, count)
+        times = measure_steps(seat, count)
         loads.append(seat.page.get_by_label("Value with unit").input_value())
     return times, loads
 
 
-def ignored(*_: Any) -> None:
+def ignore_progress(*_: Any) -> None:
     """Ignore a progress message."""
 
 
-def alone(path: Path, loads: list[str]) -> list[float]:
+def time_solves(path: Path, loads: list[str]) -> list[float]:
     """Return how long the solves take by themselves [s]."""
     given = {"material": "100Cr6", "boundary": "free"}
     requests = [from_text("solve", path, {**given, "load": load}) for load in loads]
-    surfaces = maps.surfaces(requests[0], ignored)
+    surfaces = maps.surfaces(requests[0], ignore_progress)
     times = []
     for request in requests:
         start = time.perf_counter()
-        solve_request(request, surfaces, ignored, ignored)
+        solve_request(request, surfaces, ignore_progress, ignore_progress)
         times.append(time.perf_counter() - start)
     return times
 
@@ -162,7 +162,7 @@ def knocking(port: int) -> Iterator[list[float]]:
     def knock() -> None:
         while not ended.wait(0.05):
             start = time.perf_counter()
-            line = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+            line = http.client.HTTPConnection("127.0.0.1", port, timeout=TIMEOUT)
             line.request("GET", "/favicon.ico")
             line.getresponse().read()
             line.close()
@@ -203,7 +203,7 @@ _FIRST_MAP = """() => new Promise((done) => {
 
 def first_map(started: Any, folder: Path, points: int) -> float:
     """Return the time from the command with a map to its picture [s]."""
-    path = made(folder, points)
+    path = write_map(folder, points)
     start = time.perf_counter()
     served = Served(folder / "first", str(path))
     try:
@@ -232,12 +232,15 @@ def measure(given: argparse.Namespace, folder: Path) -> None:
             row("first page after the command", f"{time.perf_counter() - start:.2f} s")
             seat.page.close()
             for points in given.points:
-                path = made(folder, points)
-                seat = pressed(started, served, path)
-                times, loads = slid(seat, given.steps)
-                row(f"pictures in a drag of {DRAG:g} s, {points}²", str(dragged(seat, DRAG)))
+                path = write_map(folder, points)
+                seat = open_contact(started, served, path)
+                times, loads = move_slider(seat, given.steps)
+                row(
+                    f"pictures in a drag of {DRAG:g} s, {points}²",
+                    str(count_drag_pictures(seat, DRAG)),
+                )
                 seat.page.close()
-                solves = alone(path, loads)
+                solves = time_solves(path, loads)
                 middle = statistics.median(times)
                 share = statistics.median(solves) / middle
                 row(
@@ -245,23 +248,23 @@ def measure(given: argparse.Namespace, folder: Path) -> None:
                     f"median {middle:.2f} s, 95 % {np.quantile(times, 0.95):.2f} s, "
                     f"longest {max(times):.2f} s; the solve alone {share:.0%} of the median",
                 )
-            beside(started, served, made(folder, given.points[0]), given.pages)
+            print_pages(started, served, write_map(folder, given.points[0]), given.pages)
             # Playwright has a loop in this thread.
             with ThreadPoolExecutor(1) as beside_it:
-                visits = visited(served, made(folder, given.points[0]), given.pages)
+                visits = visited(served, write_map(folder, given.points[0]), given.pages)
                 beside_it.submit(asyncio.run, visits).result()
                 if given.visits:
-                    path = made(folder, given.points[0])
+                    path = write_map(folder, given.points[0])
                     closing = passed(served, path, given.visits, given.pages)
                     beside_it.submit(asyncio.run, closing).result()
         finally:
             served.kill()
 
 
-def beside(started: Any, served: Served, path: Path, pages: int) -> None:
+def print_pages(started: Any, served: Served, path: Path, pages: int) -> None:
     """Print the rows of several pages at a time."""
     before = memory(served)
-    seats = [pressed(started, served, path) for _ in range(pages)]
+    seats = [open_contact(started, served, path) for _ in range(pages)]
     row(f"memory of a page, of {pages}", f"{(memory(served) - before) / pages:.0f} MB")
     rounds = 5
     times: list[float] = []
@@ -269,7 +272,7 @@ def beside(started: Any, served: Served, path: Path, pages: int) -> None:
         for count in range(1, rounds + 1):
             for seat in seats:
                 step(seat, "ArrowRight")
-            times = [one for seat in seats for one in waited(seat, count)]
+            times = [one for seat in seats for one in measure_steps(seat, count)]
     row(
         f"{pages} pages that step at once",
         f"median {statistics.median(times):.2f} s, longest {max(times):.2f} s; "
@@ -279,7 +282,7 @@ def beside(started: Any, served: Served, path: Path, pages: int) -> None:
         seat.page.close()
     start = time.perf_counter()
     folders = served.folder
-    while list(folders.glob("*/page-*")) and time.perf_counter() - start < PATIENCE:
+    while list(folders.glob("*/page-*")) and time.perf_counter() - start < TIMEOUT:
         time.sleep(0.5)
     seconds = time.perf_counter() - start
     # The server gives memory back a little later.

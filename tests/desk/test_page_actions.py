@@ -178,7 +178,7 @@ class Actions(RuleBasedStateMachine):
         form = form_of(state.specified)
         assert page._header.numbers.object == header.key_numbers(contact, form)
         assert page._header.numbers.styles == style.NEW
-        assert page.view.maps._result is contact
+        assert page.view.maps.result is contact
         assert page.view.maps.large == list(NAMES)[page.view.maps.strip.active]
         if not contact.surface.is_profile:
             assert len(page.view.maps.strip.pictures) == len(NAMES)

@@ -124,7 +124,7 @@ def wait_for_change(seat: Seat, name: str, before: str) -> str:
 def test_a_measured_file_from_drop_to_download(
     seat: Seat, served: Served, measured_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    seat.bring(measured_file, measured_file.name)
+    seat.choose_file(measured_file, measured_file.name)
     page = seat.page
     # Prepare: the step is listed, and undone by its own button.
     seat.unfold("Prepare")
@@ -151,8 +151,8 @@ def test_a_measured_file_from_drop_to_download(
     seat.wait_for_title("at the points nearest to it")
     assert "\nline = [" in (served.folder / seat.key / "project.toml").read_text()
     # Exported numbers equal those of the command line to the last digit.
-    result = seat.take("result (.nc)", tmp_path)
-    report = seat.take("report", tmp_path)
+    result = seat.download("result (.nc)", tmp_path)
+    report = seat.download("report", tmp_path)
     command = text_of(page.locator("pre").first)
     words = shlex.split(command)
     assert words[:3] == ["roughcontact", "solve", measured_file.name]
@@ -273,7 +273,7 @@ def test_start_right_after_a_change_of_tab_starts_the_new_panel(seat: Seat) -> N
 
 @pytest.mark.slow
 def test_invalid_file_is_rejected_in_one_sentence(seat: Seat, measured_file: Path) -> None:
-    seat.bring(measured_file, measured_file.name)
+    seat.choose_file(measured_file, measured_file.name)
     specify_and_solve(seat)
     load = text_of(seat.number("Load"))
     wrong = {"name": "broken.opd", "mimeType": "", "buffer": b"no map at all" * 100}
@@ -287,7 +287,7 @@ def test_invalid_file_is_rejected_in_one_sentence(seat: Seat, measured_file: Pat
     # The map and its result stay.
     assert text_of(seat.number("Load")) == load
     assert seat.page.locator("p > b").get_by_text(measured_file.name, exact=True).count() == 1
-    seat.bring(measured_file, measured_file.name)
+    seat.choose_file(measured_file, measured_file.name)
     seat.alert("broken.opd").wait_for(state="hidden")
 
 
@@ -340,7 +340,7 @@ def test_file_is_dropped_anywhere_and_typed_text_survives_reload(
 @pytest.mark.slow
 def test_missing_units_are_requested_and_file_name_is_escaped(seat: Seat) -> None:
     page = seat.page
-    seat.bring({"name": EVIL, "mimeType": "", "buffer": wavy()}, EVIL)
+    seat.choose_file({"name": EVIL, "mimeType": "", "buffer": wavy()}, EVIL)
     # The missing input is named at its control.
     page.get_by_label("Unit of the heights").locator("visible=true").wait_for()
     seat.type("Unit of the heights", "bananas")

@@ -206,7 +206,7 @@ def are_equal_images(first: Image.Image, second: Image.Image) -> bool:
 @pytest.mark.skipif(bool(_LACKING), reason=f"there is no {', no '.join(_LACKING)}")
 def test_view_rotates_zooms_and_follows_load(seat: Seat, path: Path) -> None:
     page = seat.page
-    seat.bring(path, path.name)
+    seat.choose_file(path, path.name)
     seat.choose("Material", "100Cr6")
     seat.choose("Boundary", "the whole contact")
     seat.type("Value with unit", "20 MPa")

@@ -59,13 +59,6 @@ class Mixer:
     doi:10.1137/10078356X), in the norm of the energy: tensor product, thickness, modulus. If the
     defect grows, the memory is cleared and a plain step follows; if it has not fallen for several
     iterations, several plain steps. These never raise the defect: they are averaged nonexpansive.
-
-    Parameters
-    ----------
-    weights : list of float
-        Weight of a squared strain in each part of the vectors.
-    workspace : Workspace
-        Threads.
     """
 
     def __init__(self, weights: list[float], workspace: Workspace) -> None:

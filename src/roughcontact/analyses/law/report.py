@@ -193,11 +193,7 @@ def _draw_law_gap(axes: Axes, law: InterfaceLaw) -> None:
             axes.fill_between(
                 pressures, mean - half, mean + half, color=_COLOURS[branch], alpha=0.2, linewidth=0
             )
-    style.name_axes(
-        axes,
-        y=f"separation, mean gap [{unit}]",
-        title="Separation and mean open gap",
-    )
+    style.name_axes(axes, y=f"separation, mean gap [{unit}]", title="Separation and mean open gap")
 
 
 def _range(law: InterfaceLaw) -> str:
