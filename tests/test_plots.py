@@ -593,7 +593,7 @@ def test_figures_leave_no_global_state() -> None:
 import sys
 from roughcontact import plots
 from roughcontact.drawing import export, style
-from roughcontact.surface import roughness, material_ratio
+from roughcontact.surface import roughness
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 import matplotlib
 # Reading the entry "backend" chooses one and imports pyplot.

@@ -42,7 +42,7 @@ def test_the_formulas_meet_their_goals_on_maps_never_seen() -> None:
     goals = {"contact": 0.03, "gap": 0.02, "plastic_volume": 0.10}
     for place in (atlas.CEILING, atlas.VOLUME):
         cases = atlas_fit.read(place)
-        held = cases.taken(cases.held)
+        held = cases.select(cases.is_held_out)
         for quantity in held.found:
             judged = atlas_fit.evaluate_formula(load_atlas().formula(quantity, True), held)
             assert judged["cases"] > 90
@@ -57,7 +57,7 @@ def test_the_plastic_volume_is_that_of_the_volume_model_in_metres() -> None:
     import atlas_fit
 
     cases = atlas_fit.read(atlas.VOLUME)
-    held = cases.taken(cases.held)
+    held = cases.select(cases.is_held_out)
     ratios = []
     for place in range(held.maps.size):
         row = {name: float(values[place]) for name, values in held.table.items()}
@@ -354,7 +354,7 @@ def test_intervals_hold_saturated_area_at_every_plasticity() -> None:
     import atlas_fit
 
     cases = atlas_fit.read(atlas.CEILING)
-    held = cases.taken(cases.held)
+    held = cases.select(cases.is_held_out)
     for quantity in held.found:
         _, low, high = load_atlas().formula(quantity, True).with_interval(held.groups)
         inside = (held.found[quantity] >= low) & (held.found[quantity] <= high)
@@ -368,7 +368,7 @@ def test_intervals_hold_any_kurtosis() -> None:
     import atlas_fit
 
     cases = atlas_fit.read(atlas.CEILING)
-    held = cases.taken(cases.held & (np.abs(np.log(cases.groups.tails)) > 0.1))
+    held = cases.select(cases.is_held_out & (np.abs(np.log(cases.groups.tails)) > 0.1))
     assert held.maps.size > 120
     for quantity, found in held.found.items():
         _, low, high = load_atlas().formula(quantity, True).with_interval(held.groups)
@@ -382,8 +382,8 @@ def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
     cases, known = atlas_fit.read(atlas.MEASURED), load_atlas().formulas
     inside = []
     for name in np.unique(cases.maps):
-        one = cases.taken(cases.maps == name)
-        wider = atlas_fit.interval_factor(known, cases.taken(cases.maps != name))
+        one = cases.select(cases.maps == name)
+        wider = atlas_fit.interval_factor(known, cases.select(cases.maps != name))
         for quantity, found in one.found.items():
             _, low, high = known[quantity].with_interval(one.groups, wider)
             inside.append((found >= low) & (found <= high))
