@@ -32,8 +32,8 @@ for axes, (quantity, title, label, limit) in zip(panels.flat, shown, strict=True
             [(np.ones(found.size, bool), "#c1272d", "measured maps", 9)]
             if kind == "measured"
             else [
-                (~cases.held, "0.7", "maps of the fit", 5),
-                (cases.held, "#0072b2", "held out", 7),
+                (~cases.is_held_out, "0.7", "maps of the fit", 5),
+                (cases.is_held_out, "#0072b2", "held out", 7),
             ]
         )
         for chosen, colour, name, size in groups:
