@@ -3,12 +3,12 @@
 # Imported first: a later import of the module would hide the function of the same name.
 import roughcontact.analyses.compare.figures  # noqa: F401
 from roughcontact.analyses.conductance.figures import conductance
-from roughcontact.analyses.history.report import hysteresis
-from roughcontact.analyses.law.report import interface_law
-from roughcontact.analyses.leak.report import flow_factors, leak
-from roughcontact.analyses.stress.report import stress_depth, stress_map, stress_section
-from roughcontact.analyses.sweep.report import load_curve
-from roughcontact.analyses.tangential.report import fretting, tangential
+from roughcontact.analyses.history.figures import hysteresis
+from roughcontact.analyses.law.figures import interface_law
+from roughcontact.analyses.leak.figures import flow_factors, leak
+from roughcontact.analyses.stress.figures import stress_depth, stress_map, stress_section
+from roughcontact.analyses.sweep.figures import load_curve
+from roughcontact.analyses.tangential.figures import fretting, tangential
 from roughcontact.analyses.wear.figures import running_in
 from roughcontact.drawing.export import save
 from roughcontact.drawing.maps import (

@@ -79,7 +79,7 @@ ELSEWHERE = (
     "report/test_python_script",
     "drawing/test_export",
     "cli/test_app_signals",
-    "analyses/stress/test_report",
+    "analyses/stress/test_figures",
     "analyses/solve/test_volume_report",
 )
 # Folders of tests that start processes.
