@@ -27,7 +27,7 @@ from measuring import Row, make_parser, markdown, proc_status, run_worker, write
 from roughcontact.analyses.history import model as load_history
 from roughcontact.analyses.history.model import Stage
 from roughcontact.analyses.stress import model as subsurface_stress
-from roughcontact.contact import validation
+from roughcontact.contact import memory, validation
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.solve import solve_pair
@@ -152,11 +152,11 @@ def task_of(
     options: dict[str, Any] = {"material": pair.material, "boundary": pair.boundary}
     if task in ("solve", "sweep", "history"):
         stated = validation.build_problem(pair, terms)
-        fraction = validation.coarse_contact_guess(pair, stated.problem, stated.scale)
-        fraction = max(fraction, validation.start_fraction(stated.problem, None, task == "sweep"))
+        fraction = memory.coarse_contact_guess(pair, stated.problem, stated.scale)
+        fraction = max(fraction, memory.start_fraction(stated.problem, None, task == "sweep"))
         del stated
         held = {"solve": 0, "sweep": 3, "history": load_history.MAX_HELD_RESULTS}[task]
-        estimate = validation.MemoryNeed.from_pair(pair, terms, held).estimate(fraction)
+        estimate = memory.MemoryNeed.from_pair(pair, terms, held).estimate(fraction)
         load = terms.load or 0.0
         if task == "solve":
             return estimate, fraction, lambda: solve_pair(pair, terms).contact_fraction

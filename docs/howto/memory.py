@@ -1,6 +1,6 @@
 """Print the memory that a solve needs, over the grid and the part of it that touches."""
 
-from roughcontact.contact.validation import MemoryNeed
+from roughcontact.contact.memory import MemoryNeed
 
 PARTS = (0.01, 0.1, 1.0)
 

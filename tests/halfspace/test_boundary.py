@@ -9,7 +9,7 @@ import xarray
 import roughcontact as rc
 from roughcontact.cautions import CautionTag
 from roughcontact.contact import spots
-from roughcontact.contact.validation import MemoryNeed
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.errors import InputError
 from roughcontact.halfspace import boundary as boundary_module, convolution
 from roughcontact.halfspace.boundary import Boundary

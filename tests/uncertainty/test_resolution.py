@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.validation import MemoryNeed
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 from roughcontact.uncertainty import resolution as resolution_study

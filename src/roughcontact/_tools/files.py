@@ -1,4 +1,4 @@
-"""Atomic file writes, checks of output paths, JSON, and names of files as one line of text.
+"""Atomic file writes, checks of output paths, and JSON.
 
 `atomic_write`: The bytes are written to a hidden file in the same folder, which is locked
 meanwhile. A hidden file without a lock was left by a killed process; the next writer removes it if
@@ -211,31 +211,3 @@ def _copy_stream(pipe: Path, target: Path) -> None:
                     f"{pipe} is a pipe that gives more than {MAX_PIPE_BYTES / 2**30:.0f} GiB; "
                     "write that into a file"
                 )
-
-
-# First characters of a cell that spreadsheets evaluate as a formula.
-_FORMULA = ("=", "+", "-", "@")
-
-
-def replace_unprintable(text: str, exceptions: str = "", replacement: str = " ") -> str:
-    """Return text without control characters and line separators, except for ``exceptions``."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() or c in exceptions else replacement for c in text)
-
-
-def join_words(text: str) -> str:
-    """Return text as one line of words with single blanks."""
-    return " ".join(replace_unprintable(text).split())
-
-
-def table_cell(text: str) -> str:
-    """Return a text as the content of a cell that is no formula."""
-    plain = replace_unprintable(text)
-    return f"'{plain}" if plain.lstrip().startswith(_FORMULA) else plain
-
-
-def csv_cell(text: str) -> str:
-    """Return a text as a cell of a CSV file that is no formula and has no separator."""
-    plain = table_cell(text)
-    return f'"{plain.replace(chr(34), chr(34) * 2)}"' if "," in plain or '"' in plain else plain

@@ -20,8 +20,9 @@ from click.exceptions import Exit
 from click.shell_completion import shell_complete
 
 from roughcontact import units
-from roughcontact._tools.files import join_words, to_json
+from roughcontact._tools.files import to_json
 from roughcontact._tools.processes import redeliver_interrupts, reject_mpi_run
+from roughcontact._tools.text import join_words
 from roughcontact._version import __version__
 from roughcontact.analyses import tasks
 from roughcontact.analyses.generate import task as making
@@ -561,7 +562,7 @@ def _verify(files: Any, specified: Given) -> None:
 @_make_command(INFO, Subject("FILE...", _FILE, nargs=-1))
 def _info(files: Any, specified: Given) -> None:
     from roughcontact.formats import read
-    from roughcontact.formats.source import AUTO
+    from roughcontact.formats.no_data import AUTO
     from roughcontact.report import inputs
 
     assert isinstance(files, Sequence)

@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact import units
-from roughcontact._tools.files import replace_unprintable
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.analyses.generate.task import COMMAND as GENERATE
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cli import terminal

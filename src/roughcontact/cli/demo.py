@@ -31,8 +31,8 @@ def run_demo(folder: Path, points: int) -> None:
 
 
 def _solve_demo(points: int, line: terminal.ProgressLine) -> list[ContactResult]:
+    from roughcontact.contact.memory import MemoryNeed
     from roughcontact.contact.solve import solve
-    from roughcontact.contact.validation import MemoryNeed
     from roughcontact.halfspace.boundary import Boundary
     from roughcontact.material.material import Material
     from roughcontact.surface import random_surfaces

@@ -13,7 +13,7 @@ from enum import Enum, auto
 from typing import TYPE_CHECKING, TextIO
 
 from roughcontact._tools import processes
-from roughcontact._tools.files import join_words, replace_unprintable
+from roughcontact._tools.text import join_words, replace_unprintable
 from roughcontact.analyses.solve import task as solve
 from roughcontact.errors import message_parts, render_message, shorten_message
 from roughcontact.request.task import Command

@@ -19,9 +19,9 @@ from roughcontact._tools import memory, netcdf
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.files import to_json
 from roughcontact.contact import load_case
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import Calibrated, CalibrationRecord, ContactResult
-from roughcontact.contact.validation import MemoryNeed
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace

@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.validation import MemoryNeed
 from roughcontact.errors import ConvergenceError
 from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.fft import Workspace

@@ -16,7 +16,7 @@ from pathlib import Path
 import roughcontact as rc
 from roughcontact import errors
 from roughcontact._tools import files
-from roughcontact._tools.files import join_words
+from roughcontact._tools.text import join_words
 
 DAYS = 30
 """Lifetime of a project without visits [days]."""

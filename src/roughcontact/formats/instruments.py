@@ -18,7 +18,7 @@ import numpy as np
 
 from roughcontact._tools import memory, netcdf, processes
 from roughcontact._tools.arrays import Array
-from roughcontact._tools.files import replace_unprintable
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import content, metrology, readers, source, text_files
 from roughcontact.formats.source import (

@@ -28,7 +28,8 @@ from pathlib import Path
 import numpy as np
 
 from roughcontact._tools.arrays import Pixel
-from roughcontact._tools.files import atomic_write, replace_unprintable, require_suffix
+from roughcontact._tools.files import atomic_write, require_suffix
+from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
 from roughcontact.errors import FormatError, InputError
 from roughcontact.formats.source import BLOCK, is_length, iter_blocks, little_endian

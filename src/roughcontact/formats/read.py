@@ -22,14 +22,12 @@ from roughcontact.formats import (
     spreadsheets,
     text_files,
 )
+from roughcontact.formats.no_data import NONE, describe_codes, mark_missing
 from roughcontact.formats.source import (
-    NONE,
     Channel,
     InputFormat,
     ReadOptions,
     check_scale,
-    describe_codes,
-    mark_missing,
     open_existing,
 )
 from roughcontact.surface.provenance import Operation

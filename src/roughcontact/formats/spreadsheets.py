@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact._tools import memory
-from roughcontact._tools.files import atomic_write, table_cell
+from roughcontact._tools.files import atomic_write
+from roughcontact._tools.text import table_cell
 from roughcontact.errors import FormatError
 from roughcontact.formats import instruments, matrices, source
 from roughcontact.formats.source import Channel, ReadOptions, damage_as_error, one_line

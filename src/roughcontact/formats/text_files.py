@@ -27,13 +27,13 @@ from roughcontact import units
 from roughcontact._tools import memory
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, FormatError, InputError
+from roughcontact.formats.no_data import mark_missing
 from roughcontact.formats.source import (
     Channel,
     ReadOptions,
     damage_as_error,
     is_length,
     make_surface,
-    mark_missing,
     refuse_unit,
     resolve_pixel,
     to_meters,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from numbers import Real
 
 from roughcontact._tools.arguments import set_fields, validate_arguments
-from roughcontact._tools.files import replace_unprintable
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import (
     ArgumentRef,
     InputError,

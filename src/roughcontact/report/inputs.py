@@ -12,7 +12,7 @@ import numpy as np
 
 from roughcontact.contact.plausibility import spike_statistics
 from roughcontact.errors import InputError, Sentence, message_parts
-from roughcontact.formats.source import AUTO, format_code
+from roughcontact.formats.no_data import AUTO, format_code
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
 from roughcontact.report import phrases

@@ -9,7 +9,7 @@ from enum import Enum
 from functools import cache
 from typing import Any
 
-from roughcontact._tools.files import csv_cell
+from roughcontact._tools.text import csv_cell
 from roughcontact.references import Reference
 from roughcontact.units import format_engineering, group_digits, plain_decimal
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact._tools.files import replace_unprintable
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic

@@ -121,7 +121,7 @@ DEGREES = number.with_metavar("DEGREES")
 @parser("VALUE")
 def no_data(text: str, argument: str) -> float | str | None:
     """Return the value of points without data, or the name of a rule for it."""
-    from roughcontact.formats.source import parse_no_data
+    from roughcontact.formats.no_data import parse_no_data
 
     return parse_no_data(text, argument)
 

@@ -292,7 +292,7 @@ class Request(OptionValues):
 
     def require_contact(self, shape: tuple[int, int], held: int = 0) -> None:
         """Raise `InsufficientMemoryError` unless a contact and ``held`` further maps fit."""
-        from roughcontact.contact.validation import MemoryNeed
+        from roughcontact.contact.memory import MemoryNeed
 
         precision = str(self.get(shared.PRECISION) or "double")
         MemoryNeed(shape, self._boundary, precision, self._map_count + held).require()

@@ -40,7 +40,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arguments import set_fields, validate_public_methods
-from roughcontact._tools.files import replace_unprintable
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import InputError, input_error, require_choice
 from roughcontact.halfspace import fft
 from roughcontact.surface import resolution as resolutions

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact._tools.arguments import set_fields
-from roughcontact._tools.files import replace_unprintable
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.units import format_engineering
 
 NOTE = "note"

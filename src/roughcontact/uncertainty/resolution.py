@@ -26,10 +26,11 @@ from roughcontact._tools.arguments import validate_arguments
 from roughcontact.cautions import Caution, CautionTag, as_warning
 from roughcontact.contact.ceiling import first_ceiling, resolve_ceiling
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.solve import solve_pair
-from roughcontact.contact.validation import MemoryNeed, check_problem
+from roughcontact.contact.validation import check_problem
 from roughcontact.errors import InputError, InsufficientMemoryError, input_error
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material

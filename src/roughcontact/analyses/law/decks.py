@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from roughcontact._tools.arrays import Array
-from roughcontact._tools.files import atomic_write, replace_unprintable, to_json, write_atomically
+from roughcontact._tools.files import atomic_write, to_json, write_atomically
+from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
 from roughcontact.analyses.law.curve import ERROR, refine_geometrically, thin_points
 from roughcontact.analyses.law.model import UNLOADING, InterfaceLaw, LawTable

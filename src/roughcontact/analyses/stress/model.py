@@ -19,10 +19,11 @@ from roughcontact._version import __version__
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_warning, sort_cautions
 from roughcontact.contact import archive
 from roughcontact.contact.load_case import LoadCase
+from roughcontact.contact.memory import fixed_bytes
 from roughcontact.contact.pair import BODIES, CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve_pair
-from roughcontact.contact.validation import as_finite_row, fixed_bytes
+from roughcontact.contact.validation import as_finite_row
 from roughcontact.errors import (
     ArgumentRef,
     ConvergenceError,

@@ -8,8 +8,9 @@ import pytest
 import roughcontact as rc
 from reading import assert_rejected, write
 from roughcontact.errors import InputError
+from roughcontact.formats.no_data import find_code, mark_missing
 from roughcontact.formats.read import read_surface
-from roughcontact.formats.source import FormatError, find_code, mark_missing
+from roughcontact.formats.source import FormatError
 from roughcontact.report import python_script
 
 ROUGH = np.random.default_rng(3).normal(0.0, 0.2, (12, 16)).round(4)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact._tools.files import csv_cell, join_words, replace_unprintable
+from roughcontact._tools.text import csv_cell, join_words, replace_unprintable
 from roughcontact.analyses.law.formats import LAW_FORMATS
 from roughcontact.formats import export
 from roughcontact.material import material

@@ -12,10 +12,10 @@ import pytest
 import roughcontact as rc
 from roughcontact._tools import memory
 from roughcontact.cli import app
-from roughcontact.contact import solve, validation as contact_memory
+from roughcontact.contact import memory as contact_memory, solve, validation
+from roughcontact.contact.memory import MemoryNeed, fixed_bytes
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.stiffness import stiffness
-from roughcontact.contact.validation import MemoryNeed, fixed_bytes
 from roughcontact.halfspace import convolution, fft
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.convolution import MAX_CACHE_BYTES, ArrayCache
@@ -348,7 +348,7 @@ def test_guess_with_low_ceiling_needs_memory_of_whole_map(
         rc.solve(surface, load=0.2, initial_guess=start, **given)
     # Said before the first step.
     monkeypatch.setattr(solve.bounded, "solve", lambda *_, **__: pytest.fail("solved"))
-    monkeypatch.setattr(contact_memory, "coarse_contact_guess", lambda *_: 0.01)
+    monkeypatch.setattr(validation, "coarse_contact_guess", lambda *_: 0.01)
     with pytest.raises(rc.InsufficientMemoryError, match="in contact on 100 %"):
         rc.sweep(surface, loads=[0.1, 0.2], **given)
 
@@ -367,7 +367,7 @@ def test_coarse_grid_does_not_underestimate_contact(
             foreseen.append(scout(*problem))
             return foreseen[-1]
 
-        monkeypatch.setattr(contact_memory, "coarse_contact_guess", record_guess)
+        monkeypatch.setattr(validation, "coarse_contact_guess", record_guess)
         leave(monkeypatch, memory_estimate(pair.shape) - 1)
         result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling)
         assert 0.9 * result.contact_fraction <= foreseen[0] <= 4 * result.contact_fraction
