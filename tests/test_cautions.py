@@ -90,14 +90,14 @@ def test_messages_recommend_one_value_per_option() -> None:
     roller = nominal_bodies.cylinder(radius=5e-3, shape=(64, 16), pixel=(4e-6, 4e-6))
     sphere = rc.Surface(shapes.paraboloid((32, 32), PIXEL, 1e-4), PIXEL)
     mixed = dataclasses.replace(STEEL, hardness=2e9)
-    told = [
+    results = [
         rc.solve(body, load=load, material=material, ceiling=ceiling, calibrated=False)
         for body, load in ((roller, rc.HertzPressure(2.5e9)), (sphere, 0.5), (sphere, 0.2))
         for material in (STEEL, mixed)
         for ceiling in ("auto", None, 6e9)
     ]
     several = set()
-    for result in told:
+    for result in results:
         values: dict[str, set[object]] = {}
         for caution in result.cautions:
             for part in caution.parts:
@@ -117,12 +117,12 @@ def test_messages_recommend_one_value_per_option() -> None:
 )
 def test_edge_caution_applies_to_free_edges_only(boundary: str, edges: int) -> None:
     result = rc.solve(ball(), material=STEEL, load=1e-2, boundary=boundary)
-    told = 0
+    count = 0
     for axis in (0, 1):
         pressure = np.zeros((32, 32))
         pressure[(0, 5) if axis == 0 else (5, 0)] = 1e8
-        told += CautionTag.EDGE in kinds(dataclasses.replace(result, pressure=pressure))
-    assert told == edges
+        count += CautionTag.EDGE in kinds(dataclasses.replace(result, pressure=pressure))
+    assert count == edges
 
 
 def test_unconverged_result_has_caution_with_option() -> None:
@@ -290,12 +290,12 @@ def test_large_strains_warn_before_all_but_wrong_units() -> None:
     for strain, severity in ((0.09, None), (0.29, Severity.CAUTION), (0.31, Severity.WARNING)):
         factor = strain * modulus / result.max_pressure
         scaled = dataclasses.replace(result, pressure=result.pressure * factor)
-        told = {caution.kind: caution for caution in scaled.cautions}
+        cautions = {caution.kind: caution for caution in scaled.cautions}
         assert (
-            told[CautionTag.STRAIN].severity if severity else told.get(CautionTag.STRAIN)
+            cautions[CautionTag.STRAIN].severity if severity else cautions.get(CautionTag.STRAIN)
         ) is severity
         if severity:
-            assert told[CautionTag.STRAIN].numbers["strain"] == pytest.approx(strain)
+            assert cautions[CautionTag.STRAIN].numbers["strain"] == pytest.approx(strain)
     assert scaled.cautions[0].kind == CautionTag.STRAIN
 
 
@@ -327,9 +327,9 @@ def test_spots_of_few_atoms_give_caution() -> None:
 def test_caveat_of_material_is_saved_with_result(tmp_path: Path) -> None:
     bearing = catalog.material("PTFE")
     result = rc.solve(ball(), material=bearing, counter_material=bearing, load=1e-2)
-    (told,) = (caution for caution in result.cautions if caution.kind == CautionTag.MATERIAL)
-    assert told.severity is Severity.WARNING
-    assert told.text.startswith("PTFE is viscoelastic: ")
+    (caution,) = (item for item in result.cautions if item.kind == CautionTag.MATERIAL)
+    assert caution.severity is Severity.WARNING
+    assert caution.text.startswith("PTFE is viscoelastic: ")
     result.save(tmp_path / "result.nc")
     again = rc.read_result(tmp_path / "result.nc")
     assert again.material == bearing
@@ -356,9 +356,9 @@ def test_yield_strength_hardness_and_law_are_consistent() -> None:
     assert usual.calibrated is not None
     assert full.calibrated is not None
     assert 1.5e9 < own.ceiling <= 2.5e9
-    for told in (usual.calibrated, full.calibrated):
-        assert told.ceiling == pytest.approx(own.ceiling, rel=5e-3)
-        assert told.contact_area == pytest.approx(own.contact_area, rel=0.02)
+    for calibrated in (usual.calibrated, full.calibrated):
+        assert calibrated.ceiling == pytest.approx(own.ceiling, rel=5e-3)
+        assert calibrated.contact_area == pytest.approx(own.contact_area, rel=0.02)
     for result in (usual, full):
         (message,) = (c for c in result.cautions if c.kind == CautionTag.CEILING)
         assert message.numbers["recommended_ceiling"] == pytest.approx(own.ceiling, rel=0.02)

@@ -276,8 +276,8 @@ def test_curve_cites_sources_of_contacts_and_ceiling() -> None:
     single = rc.solve(surface, load=1.0, material=STEEL).references()
     both = curve(surface, 1.0), curve(surface, 1.0, ceiling="calibrated")
     assert keys(single) <= keys(both[0].references())
-    told = ["calibrated ceiling" in dict(one.references().uses) for one in both]
-    assert told == [False, True]
+    are_cited = ["calibrated ceiling" in dict(one.references().uses) for one in both]
+    assert are_cited == [False, True]
 
 
 def test_found_load_of_first_yield_cites_stress() -> None:

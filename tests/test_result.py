@@ -58,8 +58,8 @@ def test_repr_is_short(kind: str, objects: dict[str, Any]) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_html_repr_matches_repr_with_figure(kind: str, objects: dict[str, Any]) -> None:
     shown = objects[kind]._repr_html_()
-    told = [line.strip() for line in repr(objects[kind]).splitlines()[1:]]
-    for line in told:
+    lines = [line.strip() for line in repr(objects[kind]).splitlines()[1:]]
+    for line in lines:
         for cell in line.split("  "):
             assert cell.strip().replace("<", "&lt;").replace(">", "&gt;") in shown
     assert ("data:image/png;base64," in shown) == (kind != "LoadSearch")

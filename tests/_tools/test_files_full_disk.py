@@ -157,10 +157,10 @@ def run_all_commands(kind, folder):
 @pytest.mark.process
 @pytest.mark.parametrize("kind", ["limit", "disk"])
 def test_full_disk_gives_one_sentence_and_keeps_old_file(kind: str, tmp_path: Path) -> None:
-    told = run_all_commands(kind, tmp_path)
-    assert set(told) == set(ON_DISK if kind == "disk" else CASES)
+    result = run_all_commands(kind, tmp_path)
+    assert set(result) == set(ON_DISK if kind == "disk" else CASES)
     reason = "No space left on device" if kind == "disk" else "File too large"
-    for name, found in told.items():
+    for name, found in result.items():
         _, wanted, room = CASES[name]
         assert (name, found["status"]) == (name, 1 if name.startswith("run") else 2)
         assert (name, found["err"].count("\n"), found["out"]) == (name, 1, "")

@@ -51,8 +51,8 @@ def test_destructor_error_after_interrupt_is_not_reported(
 ) -> None:
     if not hasattr(signal, number):
         pytest.skip(f"no {number} on this system")
-    told: list[type[BaseException]] = []
-    monkeypatch.setattr(sys, "unraisablehook", lambda given: told.append(given.exc_type))
+    messages: list[type[BaseException]] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda given: messages.append(given.exc_type))
     with redeliver_interrupts(), handle_stop_signals():
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(getattr(signal, number))
@@ -60,9 +60,9 @@ def test_destructor_error_after_interrupt_is_not_reported(
         # And an interrupt is still heard.
         with pytest.raises(KeyboardInterrupt):
             drop(KeyboardInterrupt)
-    assert told == []
+    assert messages == []
     Dropping(AttributeError)
-    assert told == [AttributeError]
+    assert messages == [AttributeError]
 
 
 def interrupted_file(folder: str) -> None:
@@ -86,8 +86,8 @@ def test_terminated_worker_removes_partial_file_silently(
 
 
 def test_other_destructor_errors_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[type[BaseException]] = []
-    monkeypatch.setattr(sys, "unraisablehook", lambda given: told.append(given.exc_type))
+    messages: list[type[BaseException]] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda given: messages.append(given.exc_type))
     with redeliver_interrupts():
         Dropping(ValueError)
-    assert told == [ValueError]
+    assert messages == [ValueError]

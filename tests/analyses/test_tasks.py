@@ -170,13 +170,13 @@ def test_a_task_with_its_result_runs_from_command_project_and_page(checkout: Pat
     words = ["height", "map.npy", "--unit", "um", "--size", "24 um", "--material", "100Cr6"]
     shown = python(checkout, "-m", "roughcontact", *words)
     assert "height" in shown
-    told = json.loads(python(checkout, "-m", "roughcontact", *words, "--factor", "4", "--json"))
+    record = json.loads(python(checkout, "-m", "roughcontact", *words, "--factor", "4", "--json"))
     twice = json.loads(python(checkout, "-m", "roughcontact", *words, "--json"))
-    assert told["height"] == pytest.approx(2 * twice["height"])
+    assert record["height"] == pytest.approx(2 * twice["height"])
     project(checkout, 'task = "height"', "factor = 4")
     python(checkout, "-m", "roughcontact", "run", "project.toml", "--workers", "1")
     written = json.loads((checkout / "project" / "one.json").read_text(encoding="utf-8"))
-    assert written["height"] == told["height"]
+    assert written["height"] == record["height"]
     pytest.importorskip("panel", reason="needs roughcontact[desk]")
     assert "Multiple of Sq." in python(checkout, "-c", ANSWERED)
 

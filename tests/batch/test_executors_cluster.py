@@ -40,7 +40,7 @@ class Cluster:
 
     def begin(self) -> None:
         """Start a scheduler, where there was one under its address."""
-        told = self.folder / f"scheduler-{os.urandom(4).hex()}.json"
+        result = self.folder / f"scheduler-{os.urandom(4).hex()}.json"
         port = self.address.rpartition(":")[2] or "0"
         self.scheduler = self.start(
             "-m",
@@ -51,12 +51,12 @@ class Cluster:
             port,
             "--no-dashboard",
             "--scheduler-file",
-            told,
+            result,
             cwd="/",
             env={**os.environ, "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"},
         )
-        assert wait_for(lambda: told.exists() and told.read_text())
-        self.address = json.loads(told.read_text())["address"]
+        assert wait_for(lambda: result.exists() and result.read_text())
+        self.address = json.loads(result.read_text())["address"]
 
     def add(self, *words: str) -> None:
         """Start a worker of one thread."""
@@ -123,9 +123,9 @@ def test_cluster_matches_local_processes_and_only_bad_file_fails(
     monkeypatch.chdir(near.parent)
     assert app.main(["run", near.name, "--quiet", "--workers", "1"]) == app.NOT_CONVERGED
     capsys.readouterr()
-    told, same = items(near.parent), items(far.parent)
-    assert told.keys() == same.keys()
-    assert [name for name in told if told[name] != same[name]] == []
+    result, same = items(near.parent), items(far.parent)
+    assert result.keys() == same.keys()
+    assert [name for name in result if result[name] != same[name]] == []
     assert hidden_files(far.parent) == []
     # Solved contacts are not solved again by another engine.
     stamps = {file: file.stat().st_mtime_ns for file in (far.parent / "results").iterdir()}
@@ -277,21 +277,21 @@ def test_local_cluster_accepts_run_only() -> None:
 
     with connect_cluster(None, 1) as engine:
         assert engine.executor.submit(os.getpid).result() != os.getpid()
-        told = default_client().scheduler_info()
-        nannies = [worker["nanny"] for worker in told["workers"].values()]
-        addresses = [told["address"], *told["workers"], *nannies]
+        result = default_client().scheduler_info()
+        nannies = [worker["nanny"] for worker in result["workers"].values()]
+        addresses = [result["address"], *result["workers"], *nannies]
         assert len(addresses) == 3
         assert all(address.startswith("tls://127.0.0.1:") for address in addresses)
         # As another account of the machine would, who sees the port.
-        plain = told["address"].replace("tls", "tcp")
+        plain = result["address"].replace("tls", "tcp")
         foreign = Security.temporary().get_connection_args("client")
-        for address, key in ((plain, {}), (told["address"], {}), (told["address"], foreign)):
+        for address, key in ((plain, {}), (result["address"], {}), (result["address"], foreign)):
             with pytest.raises((OSError, TypeError)):
                 asyncio.run(connect(address, timeout=1, **key))
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         (
             ("--scheduler", "tcp://127.0.0.1:1"),
@@ -311,7 +311,7 @@ def test_local_cluster_accepts_run_only() -> None:
 )
 def test_invalid_cluster_options_are_rejected(
     words: tuple[str, ...],
-    told: str,
+    expected: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: Capture,
@@ -322,7 +322,7 @@ def test_invalid_cluster_options_are_rejected(
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1
-    assert told in err
+    assert expected in err
 
 
 def test_project_is_not_run_by_each_process_of_mpiexec(

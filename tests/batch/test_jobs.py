@@ -72,11 +72,11 @@ def test_worker_in_another_folder_gives_the_same_bits(
             entries = project.read_project(name)
             reports = runner.run_project(entries, lambda report: None, engine)
             assert states(reports) == [SOLVED] * count
-    told, same = items(here), items(there)
-    assert told.keys() == same.keys()
-    assert len([name for name in told if name.endswith(".svg")]) > 3
-    assert len(told) > 15
-    assert [name for name in told if told[name] != same[name]] == []
+    result, same = items(here), items(there)
+    assert result.keys() == same.keys()
+    assert len([name for name in result if name.endswith(".svg")]) > 3
+    assert len(result) > 15
+    assert [name for name in result if result[name] != same[name]] == []
 
 
 def test_worker_without_the_files_of_the_run_fails_with_advice(

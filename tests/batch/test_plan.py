@@ -173,17 +173,17 @@ def test_group_names_are_part_of_contact(tmp_path: Path, monkeypatch: pytest.Mon
     groups = 'groups = {{ "{0}/5, N" = ["a,1.npy", "a,2.npy"], "x=y" = ["[b]?.npy"] }}'
     path = write_comparison(tmp_path, groups.format("dry"))
     assert states(path) == [plan.SOLVED]
-    told = (path.parent / "p" / "one.json").read_text(encoding="utf-8")
-    assert '"dry/5, N"' in told
-    assert '"x=y"' in told
+    text = (path.parent / "p" / "one.json").read_text(encoding="utf-8")
+    assert '"dry/5, N"' in text
+    assert '"x=y"' in text
     for place in (tmp_path, path.parent):
         monkeypatch.chdir(place)
         assert states(path.relative_to(place)) == [plan.KEPT]
     write_comparison(tmp_path, groups.format("wet"))
     assert states(path) == [plan.SOLVED]
-    told = (path.parent / "p" / "one.json").read_text(encoding="utf-8")
-    assert '"wet/5, N"' in told
-    assert '"dry/5, N"' not in told
+    text = (path.parent / "p" / "one.json").read_text(encoding="utf-8")
+    assert '"wet/5, N"' in text
+    assert '"dry/5, N"' not in text
 
 
 @pytest.mark.slow
@@ -227,11 +227,11 @@ def test_only_unreadable_file_fails(moved_project: Path, monkeypatch: pytest.Mon
 
 
 def test_no_number_has_a_name_that_the_file_keeps_for_itself() -> None:
-    told: dict[str, object] = {"load": 1.0}
-    assert plan.seal_summary(told, "digest", []).keys() == {"load", *plan.RUN_KEYS}
+    values: dict[str, object] = {"load": 1.0}
+    assert plan.seal_summary(values, "digest", []).keys() == {"load", *plan.RUN_KEYS}
     with pytest.raises(ValueError, match="keeps seal"):
-        plan.seal_summary({**told, "seal": 2.0}, "digest", [])
+        plan.seal_summary({**values, "seal": 2.0}, "digest", [])
     shown = [pkgutil.resolve_name(f"roughcontact.{place}") for place in PRESENTATIONS.values()]
-    told = [quantity for kind in shown for quantity in (*kind.table, *kind.columns)]
-    assert len(told) > 100
-    assert not plan.RUN_KEYS & {quantity.key for quantity in told}
+    values = [quantity for kind in shown for quantity in (*kind.table, *kind.columns)]
+    assert len(values) > 100
+    assert not plan.RUN_KEYS & {quantity.key for quantity in values}

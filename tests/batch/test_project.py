@@ -134,9 +134,9 @@ def test_contacts_of_volume_model_have_separate_folders(tmp_path: Path, capsys: 
         }
         last = load_elastoplastic(steps / "step-0002.nc")
         assert last.contact.load == load
-        told = json.loads((tmp_path / "volume" / f"ball-{load}-N.json").read_text("utf-8"))
-        assert told["volume"]["max_plastic_strain"] == last.max_plastic_strain
-        assert told["regime"] == last.regime
+        record = json.loads((tmp_path / "volume" / f"ball-{load}-N.json").read_text("utf-8"))
+        assert record["volume"]["max_plastic_strain"] == last.max_plastic_strain
+        assert record["regime"] == last.regime
         assert all((tmp_path / "volume" / f"ball-{load}-N.{s}").exists() for s in ("vtr", "vti"))
     capsys.readouterr()
     assert app.main(["run", str(path)]) == app.SOLVED
@@ -170,8 +170,8 @@ def test_contacts_are_solved_saved_and_solved_again_after_change(
     folder: Path, capsys: Capture
 ) -> None:
     assert app.main(["run", str(folder / "project.toml"), "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)["contacts"]
-    assert [report["state"] for report in told] == ["solved"] * 3
+    record = json.loads(capsys.readouterr().out)["contacts"]
+    assert [report["state"] for report in record] == ["solved"] * 3
     surface = rc.read_surface(folder / "rough.npy", unit="um", size=(1e-4, 2e-4)).leveled()
     steel = rc.Material(210e9, 0.3, 1e9)
     for name, load in (("one-0.1-N", 0.1), ("one-1-N", 1.0)):
@@ -188,8 +188,8 @@ def test_contacts_are_solved_saved_and_solved_again_after_change(
     write_changed_project(folder, 'load = "0.5 N"', 'load = "0.6 N"')
     (folder / "results" / "one-1-N.nc").unlink()
     assert app.main(["run", str(folder / "project.toml"), "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)["contacts"]
-    assert [report["state"] for report in told] == ["solved before", "solved", "solved"]
+    record = json.loads(capsys.readouterr().out)["contacts"]
+    assert [report["state"] for report in record] == ["solved before", "solved", "solved"]
 
 
 INSTRUMENT = """\
@@ -593,21 +593,21 @@ def test_project_runs_every_task(folder: Path, capsys: Capture) -> None:
         "sweep.json",
         *(f"step-{number:04d}.npz" for number in (1, 2, 3)),
     }
-    told = {
+    record = {
         name: json.loads((folder / "results" / f"{name}.json").read_text("utf-8"))
         for name in ("curve", "below", "path", "ball")
     }
     surface = rc.read_surface(folder / "rough.npy", unit="um", size=(1e-4, 2e-4)).leveled()
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(surface, load=0.5, material=steel)
-    assert told["curve"]["load"] == pytest.approx(np.geomspace(0.1, 0.5, 3))
-    assert told["curve"]["last"]["contact_fraction"] == pytest.approx(result.contact_fraction)
+    assert record["curve"]["load"] == pytest.approx(np.geomspace(0.1, 0.5, 3))
+    assert record["curve"]["last"]["contact_fraction"] == pytest.approx(result.contact_fraction)
     stress = rc.subsurface_stress(result, friction=0.2)
-    assert told["below"]["stress"]["max_von_mises"] == pytest.approx(stress.max_von_mises)
+    assert record["below"]["stress"]["max_von_mises"] == pytest.approx(stress.max_von_mises)
     history = rc.history(surface, [0.5, 0.0] * 2, material=steel)
-    assert told["path"]["steps"]["load"] == [0.5, 0.0, 0.5, 0.0]
-    assert told["path"]["indentation_volume"] == pytest.approx(history.indentation_volume)
-    assert told["ball"]["shape"] == [32, 32]
+    assert record["path"]["steps"]["load"] == [0.5, 0.0, 0.5, 0.0]
+    assert record["path"]["indentation_volume"] == pytest.approx(history.indentation_volume)
+    assert record["ball"]["shape"] == [32, 32]
     # The same commands, kept; what has changed is done again, the others not.
     assert app.main(["run", str(path), "--json"]) == app.SOLVED
     states = [entry["state"] for entry in json.loads(capsys.readouterr().out)["contacts"]]

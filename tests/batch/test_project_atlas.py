@@ -30,9 +30,9 @@ def test_cases_are_returned_from_other_processes(
     bad = (place, atlas_cases.ceilings, replace(drawn, points=0), done)
     monkeypatch.setattr(atlas, "to_do", lambda most: [task, bad])
     atlas.compute(None, LOCAL, 1, None)
-    told = sorted(capsys.readouterr().out.splitlines(), key=len)
-    assert told[0].endswith(f"{drawn.name} solved")
-    assert "failed: " in told[1]
+    output = sorted(capsys.readouterr().out.splitlines(), key=len)
+    assert output[0].endswith(f"{drawn.name} solved")
+    assert "failed: " in output[1]
     with place.open(newline="") as lines:
         rows = list(csv.DictReader(lines))
     assert [int(row["case"]) for row in rows] == [3, 5]

@@ -198,15 +198,15 @@ def test_json_matches_library(rough: Path, capsys: Capture) -> None:
     assert solve(rough, *YIELDING, "--json") == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
-    told = json.loads(out, parse_constant=pytest.fail)
+    record = json.loads(out, parse_constant=pytest.fail)
     surface = roughcontact.read_surface(rough, unit="um", size=(1e-4, 2e-4)).leveled()
     steel = roughcontact.Material(210e9, 0.3, 1e9)
     result = roughcontact.solve(surface, load=0.1, material=steel)
     expected = result.summary()
     for name in set(expected) - {"seconds"}:
-        assert told[name] == expected[name]
-    assert told["converged"] is True
-    assert told["material"] == {
+        assert record[name] == expected[name]
+    assert record["converged"] is True
+    assert record["material"] == {
         "rigid": False,
         "young": 210e9,
         "poisson": 0.3,
@@ -214,8 +214,8 @@ def test_json_matches_library(rough: Path, capsys: Capture) -> None:
         "hardness": None,
     }
     # Infinity is no JSON.
-    assert told["counter_material"]["rigid"] is True
-    assert told["counter_material"]["young"] is None
+    assert record["counter_material"]["rigid"] is True
+    assert record["counter_material"]["young"] is None
 
 
 def test_every_option_reaches_the_library(
@@ -243,26 +243,26 @@ def test_every_option_reaches_the_library(
         ]
     )
     assert status == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert told["approach"] == pytest.approx(3e-7)
-    assert told["control"] == "approach"
-    assert told["boundary"] == "periodic"
-    assert told["ceiling"] == 2e9
-    assert told["tolerance"] == 1e-5
-    assert told["shape"] == [32, 48]
-    assert told["preparation"] == [
+    record = json.loads(capsys.readouterr().out)
+    assert record["approach"] == pytest.approx(3e-7)
+    assert record["control"] == "approach"
+    assert record["boundary"] == "periodic"
+    assert record["ceiling"] == 2e9
+    assert record["tolerance"] == 1e-5
+    assert record["shape"] == [32, 48]
+    assert record["preparation"] == [
         "cropped: rows 0:32, columns 0:48",
         "leveled: least-squares quadric subtracted",
     ]
-    assert told["counter_preparation"][2].startswith("filled: 3 missing points")
-    assert told["counter_material"] == {
+    assert record["counter_preparation"][2].startswith("filled: 3 missing points")
+    assert record["counter_material"] == {
         "rigid": False,
         "young": 70e9,
         "poisson": 0.33,
         "yield_strength": 300e6,
         "hardness": None,
     }
-    assert told["contact_modulus"] == pytest.approx(1 / (0.91 / 210e9 + (1 - 0.33**2) / 70e9))
+    assert record["contact_modulus"] == pytest.approx(1 / (0.91 / 210e9 + (1 - 0.33**2) / 70e9))
 
 
 def test_ceiling_option_sets_ceiling(rough: Path, capsys: Capture) -> None:
@@ -277,8 +277,8 @@ def test_ceiling_option_sets_ceiling(rough: Path, capsys: Capture) -> None:
     assert solve(rough, *YIELDING, "--ceiling", "none", "--verbose") == app.SOLVED
     assert "none: purely elastic\n" in capsys.readouterr().out
     assert solve(rough, *STEEL, "--verbose") == app.SOLVED
-    told = " ".join(capsys.readouterr().out.split())
-    assert "none: purely elastic, no yield strength is given" in told
+    output = " ".join(capsys.readouterr().out.split())
+    assert "none: purely elastic, no yield strength is given" in output
 
 
 def test_a_tag_is_explained(capsys: Capture) -> None:
@@ -287,8 +287,8 @@ def test_a_tag_is_explained(capsys: Capture) -> None:
     assert " ".join(lines) == explain_tag(CautionTag.EDGE)
     assert max(map(len, lines)) <= 80
     assert app.main(["--explain", "edges"]) == app.BAD_INPUT
-    told = capsys.readouterr().err
-    assert all(f" {kind}" in told for kind in CautionTag)
+    output = capsys.readouterr().err
+    assert all(f" {kind}" in output for kind in CautionTag)
 
 
 @pytest.mark.parametrize(
@@ -308,10 +308,10 @@ def test_cautions_name_options_in_console_and_report(
     assert app.main([task[0], *ball, *task[1:], "--report", name]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     report = html.unescape(Path(name).read_text(encoding="utf-8"))
-    for told in (shown, report):
-        assert "--ceiling calibrated" in told
-        assert 'ceiling="' not in told
-        assert 'boundary="' not in told
+    for item in (shown, report):
+        assert "--ceiling calibrated" in item
+        assert 'ceiling="' not in item
+        assert 'boundary="' not in item
     # Messages of a contact appear once, for any analysis of it.
     assert shown.count("CAUTION ceiling:") == 1
     if task[0] == "stress":
@@ -321,10 +321,10 @@ def test_cautions_name_options_in_console_and_report(
 def test_unsuitable_ceiling_shows_calibrated_ceiling(capsys: Capture) -> None:
     ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um", "--load", "10 N")
     assert app.main(["solve", *ball, *YIELDING, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    other = told["calibrated"]
+    record = json.loads(capsys.readouterr().out)
+    other = record["calibrated"]
     assert 2 < other["factor"] < 2.2
-    assert other["contact_area"] > 1.1 * told["contact_area"]
+    assert other["contact_area"] > 1.1 * record["contact_area"]
     assert app.main(["solve", *ball, *YIELDING]) == app.SOLVED
     shown = capsys.readouterr().out
     assert f"Calibrated ceiling ({other['factor']:.3g} σ_Y)" in shown
@@ -347,9 +347,9 @@ def test_calibrated_ceiling_is_compared_with_three_yield_strengths(
     ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um")
     more = (*ball, *YIELDING, "--ceiling", "calibrated")
     assert app.main(["solve", *more, "--load", "10 N", "--verbose"]) == app.SOLVED
-    told = " ".join(capsys.readouterr().out.split())
-    assert re.search(r"2\.\d+ GPa, calibrated: 2\.\d+ yield strengths at \d+ times first", told)
-    assert re.search(r"With three yield strengths contact area [^(]+µm² \(−\d+ %\), appr", told)
+    output = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"2\.\d+ GPa, calibrated: 2\.\d+ yield strengths at \d+ times first", output)
+    assert re.search(r"With three yield strengths contact area [^(]+µm² \(−\d+ %\), appr", output)
     sweep = ("--from", "5 N", "--to", "10 N", "--steps", "2", "--output", str(tmp_path / "c.csv"))
     assert app.main(["sweep", *more, *sweep]) == app.SOLVED
     assert "pressure_ceiling [Pa]" in (tmp_path / "c.csv").read_text(encoding="utf-8")
@@ -725,10 +725,10 @@ def test_not_converged_shows_the_best_and_writes_nothing(
     assert output.read_text() == "an older result"
     assert files(tmp_path) == {"rough.npy", "out.nc"}
     assert solve(rough, *options, "--json") == app.NOT_CONVERGED
-    told = json.loads(capsys.readouterr().out)
-    assert told["converged"] is False
-    assert told["certificate"] > 1e-12
-    assert told["written"] == []
+    record = json.loads(capsys.readouterr().out)
+    assert record["converged"] is False
+    assert record["certificate"] > 1e-12
+    assert record["written"] == []
 
 
 def test_full_disk_is_reported_after_numbers(
@@ -840,9 +840,9 @@ def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys:
     )
     command = ["solve", str(path), *words, *size, "--set", "override-size", "--verbose"]
     assert app.main(command) == app.SOLVED
-    told = " ".join(capsys.readouterr().out.split())
-    assert "Size (y × x) 100 µm × 200 µm" in told
-    assert "10 mm × 20 mm, as the file gives them" in told
+    output = " ".join(capsys.readouterr().out.split())
+    assert "Size (y × x) 100 µm × 200 µm" in output
+    assert "10 mm × 20 mm, as the file gives them" in output
     assert app.main(["info", str(path), *size, "--set", "override-size", "--json"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["size"] == pytest.approx([1e-4, 2e-4])
 
@@ -863,21 +863,21 @@ def test_info_warns_about_impossible_heights(tmp_path: Path, capsys: Capture) ->
 
 def test_info_shows_size_and_roughness(map_with_holes: Path, capsys: Capture) -> None:
     assert app.main(["info", str(map_with_holes), *SCALE, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    record = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     heights = np.load(map_with_holes) * 1e-6
-    assert told["shape"] == [40, 64]
-    assert told["pixel"] == pytest.approx([2.5e-6, 3.125e-6])
-    assert told["size"] == pytest.approx([1e-4, 2e-4])
-    assert told["height_min"] == pytest.approx(np.nanmin(heights))
-    assert told["height_max"] == pytest.approx(np.nanmax(heights))
-    assert told["Sq"] == pytest.approx(np.nanstd(heights))
-    assert told["Sq_leveled"] < told["Sq"]
+    assert record["shape"] == [40, 64]
+    assert record["pixel"] == pytest.approx([2.5e-6, 3.125e-6])
+    assert record["size"] == pytest.approx([1e-4, 2e-4])
+    assert record["height_min"] == pytest.approx(np.nanmin(heights))
+    assert record["height_max"] == pytest.approx(np.nanmax(heights))
+    assert record["Sq"] == pytest.approx(np.nanstd(heights))
+    assert record["Sq_leveled"] < record["Sq"]
     surface = roughcontact.read_surface(map_with_holes, unit="um", size=(1e-4, 2e-4)).leveled()
-    assert told["roughness_leveled"] == pytest.approx(surface.roughness())
+    assert record["roughness_leveled"] == pytest.approx(surface.roughness())
     assert app.main(["info", str(map_with_holes), *SCALE, "--verbose"]) == app.SOLVED
     assert "reduced height of the peaks above the core" in capsys.readouterr().out
-    assert told["missing"] == 3
-    assert len(told["channels"]) == 1
+    assert record["missing"] == 3
+    assert len(record["channels"]) == 1
 
 
 def test_info_advises_options_of_solve(tmp_path: Path, capsys: Capture) -> None:
@@ -1015,16 +1015,16 @@ def test_measured_files_are_solved(name: str, load: str, ceiling: str, capsys: C
     assert app.main(["solve", measurement(name), *arguments]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
-    told = json.loads(out, parse_constant=pytest.fail)
-    assert told["source"] == name
-    assert told["certificate"] <= 1e-6
-    assert told["load_error"] <= 1e-10
+    record = json.loads(out, parse_constant=pytest.fail)
+    assert record["source"] == name
+    assert record["certificate"] <= 1e-6
+    assert record["load_error"] <= 1e-10
     if ceiling == "auto":
-        assert told["max_pressure"] <= 3e9
-        assert told["saturated_fraction"] > 0
+        assert record["max_pressure"] <= 3e9
+        assert record["saturated_fraction"] > 0
     else:
-        assert told["saturated_fraction"] == 0
-        assert told["max_pressure"] > 3e9
+        assert record["saturated_fraction"] == 0
+        assert record["max_pressure"] > 3e9
 
 
 @needs_reader
@@ -1053,8 +1053,8 @@ def test_every_preparation_reaches_the_library_in_its_order(
         ),
     )
     assert solve(map_with_holes, *STEEL, *options, "--json") == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    starts = [step.split(":")[0] for step in told["preparation"]]
+    record = json.loads(capsys.readouterr().out)
+    starts = [step.split(":")[0] for step in record["preparation"]]
     assert starts == [
         "inverted",
         "cropped",
@@ -1080,15 +1080,15 @@ def test_every_preparation_reaches_the_library_in_its_order(
         .flipped("x")
         .rotated()
     )
-    assert told["shape"] == list(prepared.shape)
+    assert record["shape"] == list(prepared.shape)
     result = roughcontact.solve(prepared, load=0.1, material=roughcontact.Material(210e9, 0.3))
-    assert told["max_pressure"] == result.max_pressure
+    assert record["max_pressure"] == result.max_pressure
 
 
 def test_holes_can_be_cut_away(map_with_holes: Path, capsys: Capture) -> None:
     assert solve(map_with_holes, *STEEL, "--missing", "crop", "--json") == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert told["preparation"][0].startswith("cropped to the largest rectangle without holes")
+    record = json.loads(capsys.readouterr().out)
+    assert record["preparation"][0].startswith("cropped to the largest rectangle without holes")
 
 
 def sweep(path: Path, *options: str) -> int:
@@ -1117,8 +1117,8 @@ def test_sweep_output_matches_library(rough: Path, tmp_path: Path, capsys: Captu
     loads = dict(zip(head, zip(*rows, strict=True), strict=True))["load [N]"]
     assert loads == pytest.approx(tuple(table["load_[N]"]))
     assert sweep(rough, "--steps", "4", "--folder", str(folder), "--json") == 0
-    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    assert told["contact_area"] == table["contact_area_[m²]"].tolist()
+    record = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert record["contact_area"] == table["contact_area_[m²]"].tolist()
 
 
 Rows = list[tuple[tuple[str, ...], tuple[str, ...]]]
@@ -1231,20 +1231,20 @@ def test_repeated_single_option_is_rejected(rough: Path, capsys: Capture) -> Non
 def test_nominal_bodies_need_no_file(capsys: Capture) -> None:
     options = ("--body", "sphere 10 mm", "--points", "64x96", "--size", "0.2 mm x 0.3 mm")
     assert app.main(["solve", *options, "--load", "1 N", *YIELDING, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert told["shape"] == [64, 96]
+    record = json.loads(capsys.readouterr().out)
+    assert record["shape"] == [64, 96]
     radius = 10e-3
     peak = (6 * 1.0 * (210e9 / 0.91) ** 2 / (np.pi**3 * radius**2)) ** (1 / 3)
-    assert told["max_pressure"] == pytest.approx(peak, rel=0.01)
-    assert told["source"] == "nominal sphere of radius 10 mm"
+    assert record["max_pressure"] == pytest.approx(peak, rel=0.01)
+    assert record["source"] == "nominal sphere of radius 10 mm"
 
 
 def test_roughness_on_nominal_bodies(rough: Path, capsys: Capture) -> None:
     options = ("--body", "sphere 10 mm", "--counter-body", "cylinder 5 mm 90 deg", "--json")
     assert solve(rough, *STEEL, *options) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert told["preparation"][-1] == "form added: nominal sphere of radius 10 mm"
-    assert told["counter_source"].startswith("nominal cylinder of radius 5 mm")
+    record = json.loads(capsys.readouterr().out)
+    assert record["preparation"][-1] == "form added: nominal sphere of radius 10 mm"
+    assert record["counter_source"].startswith("nominal cylinder of radius 5 mm")
 
 
 def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys: Capture) -> None:
@@ -1257,8 +1257,8 @@ def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys
         ("--set", "mirror"),
     ):
         assert solve(rough, *STEEL, *counter, *options, "--json") == app.SOLVED
-        told = json.loads(capsys.readouterr().out)
-        assert any(step.startswith("aligned") for step in told["counter_preparation"])
+        record = json.loads(capsys.readouterr().out)
+        assert any(step.startswith("aligned") for step in record["counter_preparation"])
     assert_rejected(capsys, solve(rough, *STEEL, "--align"), "--counter-surface")
     assert_rejected(
         capsys, solve(rough, *STEEL, *counter, "--set", "offset=5 um"), "--set offset needs two"
@@ -1268,12 +1268,12 @@ def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys
 def test_materials_are_read_from_catalog(rough: Path, capsys: Capture) -> None:
     options = ("--material", "AISI 52100", "--counter-material", "alumina", "--young", "205 GPa")
     assert solve(rough, *options, "--json") == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
+    record = json.loads(capsys.readouterr().out)
     steel = catalog.material("100Cr6")
-    assert told["material"]["young"] == 205e9
-    assert told["material"]["yield_strength"] == steel.yield_strength
-    assert told["counter_material"]["hardness"] > 1e10
-    assert told["ceiling"] == 3 * steel.yield_strength
+    assert record["material"]["young"] == 205e9
+    assert record["material"]["yield_strength"] == steel.yield_strength
+    assert record["counter_material"]["hardness"] > 1e10
+    assert record["ceiling"] == 3 * steel.yield_strength
     assert_rejected(
         capsys, solve(rough, "--material", "100Cr7"), "--material", "did you mean 100Cr6"
     )
@@ -1294,8 +1294,8 @@ def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
     assert app.main(["materials", "bearing steel"]) == app.SOLVED
     assert "source" in capsys.readouterr().out
     assert app.main(["materials", "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert len(told["materials"]) == len(catalog.entries())
+    record = json.loads(capsys.readouterr().out)
+    assert len(record["materials"]) == len(catalog.entries())
     assert_rejected(capsys, app.main(["materials", "unobtainium"]), "'unobtainium' is not in")
 
 
@@ -1338,8 +1338,8 @@ def test_history_writes_steps_and_the_indented_surface(
     left = roughcontact.read_surface(residual)
     assert left.heights == pytest.approx(expected.residual.heights, abs=1e-12)
     assert app.main([*arguments, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    assert told["indentation_volume"] == pytest.approx(expected.indentation_volume)
+    record = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert record["indentation_volume"] == pytest.approx(expected.indentation_volume)
 
 
 @pytest.mark.parametrize(
@@ -1394,10 +1394,10 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
 
 def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -> None:
     assert solve(rough, *STEEL, "--set", "load-point=3 um, -8 um", "--json") == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert told["moments"] == pytest.approx([0.1 * 3e-6, -0.1 * 8e-6])
-    assert told["moment_error"] <= 1e-8
-    assert any(told["tilt"])
+    record = json.loads(capsys.readouterr().out)
+    assert record["moments"] == pytest.approx([0.1 * 3e-6, -0.1 * 8e-6])
+    assert record["moment_error"] <= 1e-8
+    assert any(record["tilt"])
     assert solve(rough, *STEEL, "--set", "load-point=0 um, 0 um") == app.SOLVED
     assert "Tilt (y, x)" in capsys.readouterr().out
     assert_rejected(capsys, solve(rough, *STEEL, "--set", "load-point=0 um, 1 mm"), "moments")
@@ -1428,13 +1428,15 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
     }
     assert "How large is the stress below" in report.read_text(encoding="utf-8")
     assert app.main(["stress", *ball, *YIELDING, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    record = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     # 0.620 of the largest pressure; radius and depth are known to some of 20 pixels.
-    assert told["stress"]["max_von_mises"] == pytest.approx(0.62 * told["max_pressure"], rel=0.01)
+    assert record["stress"]["max_von_mises"] == pytest.approx(
+        0.62 * record["max_pressure"], rel=0.01
+    )
     rubbed = ("--friction", "0.3", "--direction", "90", "--depths", "1 um, 10 um, 14 um", "--json")
     assert app.main(["stress", *ball, *YIELDING, *rubbed]) == app.SOLVED
     other = json.loads(capsys.readouterr().out)["stress"]
-    assert other["max_von_mises"] > told["stress"]["max_von_mises"]
+    assert other["max_von_mises"] > record["stress"]["max_von_mises"]
     assert other["depths"] == pytest.approx([1e-6, 14e-6])
 
 
@@ -1465,10 +1467,10 @@ def test_invalid_stress_is_rejected_in_one_sentence(
 def test_load_of_first_yield_of_a_ball(capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.5 mm", "--load", "20 N")
     assert app.main(["stress", *ball, *YIELDING, "--first-yield", "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    record = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     expected = hertz.first_yield_load(10e-3, 210e9 / 0.91, 1.615e9)
     # One per cent in the pressure is three in the load.
-    assert told["first_yield"]["load"] == pytest.approx(expected, rel=0.03)
+    assert record["first_yield"]["load"] == pytest.approx(expected, rel=0.03)
     assert app.main(["stress", *ball, *YIELDING, "--first-yield"]) == app.SOLVED
     assert "Yields from" in capsys.readouterr().out
 
@@ -1516,10 +1518,10 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     assert stored.max_plastic_strain == pytest.approx(expected.max_plastic_strain, rel=1e-6)
     assert stored.contact.max_pressure == pytest.approx(expected.contact.max_pressure, rel=1e-6)
     assert app.main(["solve", *ball, *YIELDING, "--model", "elastoplastic", "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    assert told["volume"]["max_plastic_strain"] > stored.max_plastic_strain
-    assert told["volume"]["increments"] == 12
-    assert 0 < told["volume"]["step_error"] < 0.01
+    record = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert record["volume"]["max_plastic_strain"] > stored.max_plastic_strain
+    assert record["volume"]["increments"] == 12
+    assert 0 < record["volume"]["step_error"] < 0.01
     few = ("--model", "elastoplastic", "--set", "increments=2")
     assert app.main(["solve", *ball, *YIELDING, *few, "--verbose"]) == app.SOLVED
     assert "pixel-scatter" in capsys.readouterr().out
@@ -1552,8 +1554,8 @@ def test_hardening_law_enters_calibrated_ceiling(capsys: Capture) -> None:
         (("--hardening", "swift 1240 MPa 30 0.085"), 3.15),
     ):
         assert app.main(["solve", *ball, *elastic, *given, "--json"]) == app.SOLVED
-        told = json.loads(capsys.readouterr().out)
-        assert told["calibrated"]["factor"] == pytest.approx(factor, abs=0.1)
+        record = json.loads(capsys.readouterr().out)
+        assert record["calibrated"]["factor"] == pytest.approx(factor, abs=0.1)
 
 
 BALL = (
@@ -1607,8 +1609,8 @@ def test_volume_model_accepts_solver_options(rough: Path, tmp_path: Path, capsys
     out = tmp_path / "out.json"
     given = ("--model", "elastoplastic", "--set", "increments=1", "--set", "precision=double")
     assert solve(rough, *YIELDING, *given, "--set", "tolerance=1e-3", "--output", str(out)) == 0
-    told = json.loads(out.read_text("utf-8"))["volume"]
-    assert (told["precision"], told["tolerance"]) == ("double", 1e-3)
+    record = json.loads(out.read_text("utf-8"))["volume"]
+    assert (record["precision"], record["tolerance"]) == ("double", 1e-3)
     # One iteration never settles: the change from nothing is all of the strain.
     capsys.readouterr()
     assert solve(rough, *YIELDING, *given, "--set", "max-iterations=1") == app.NOT_CONVERGED

@@ -79,7 +79,7 @@ def run(tmp_path: Path) -> Run:
 @UNIX
 @pytest.mark.process
 @pytest.mark.parametrize(
-    ("arguments", "streams", "status", "told"),
+    ("arguments", "streams", "status", "expected"),
     [
         (SOLVE, ">&-", app.SOLVED, ""),
         (SOLVE, "2>&-", app.SOLVED, None),
@@ -90,12 +90,12 @@ def run(tmp_path: Path) -> Run:
     ],
 )
 def test_streams_that_are_closed_or_full(
-    run: Run, tmp_path: Path, arguments: str, streams: str, status: int, told: str | None
+    run: Run, tmp_path: Path, arguments: str, streams: str, status: int, expected: str | None
 ) -> None:
     done = run(arguments, streams)
     assert done.returncode == status
-    if told is not None:
-        error = f"roughcontact: error: {told}\n" if told else ""
+    if expected is not None:
+        error = f"roughcontact: error: {expected}\n" if expected else ""
         assert (done.stdout, done.stderr) == ("", error)
     if "out.nc" in arguments:
         # Nothing that was printed has gone into the file.
@@ -165,10 +165,10 @@ def test_poor_terminals(run: Run, settings: dict[str, str]) -> None:
 
 
 def test_long_name_is_shortened_before_answer(capsys: pytest.CaptureFixture[str]) -> None:
-    told = {"answer": "3.5 % of the face is in contact (3.4 to 4.2 %)."}
+    values = {"answer": "3.5 % of the face is in contact (3.4 to 4.2 %)."}
     long = "the sample that was ground twice, lapped once and measured in the middle"
     names = ["short", "x" * 45, long, "é" * 200]
-    console.show_reports([ContactReport(name, "solved", told) for name in names], Path("results"))
+    console.show_reports([ContactReport(name, "solved", values) for name in names], Path("results"))
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
     assert out.startswith("4 contacts: 4 solved\n")
@@ -213,11 +213,11 @@ def test_progress_without_terminal_prints_lines(
     monkeypatch.setattr(terminal, "PROGRESS_INTERVAL", 2.0)
 
     def lines() -> set[str]:
-        told = ""
-        while not told:
+        result = ""
+        while not result:
             time.sleep(0.1)
-            told = capsys.readouterr().err
-        return set(told.splitlines())
+            result = capsys.readouterr().err
+        return set(result.splitlines())
 
     began = time.monotonic()
     with terminal.show_progress() as line:
@@ -260,8 +260,8 @@ def test_long_sweep_prints_time_left_and_saved_steps_at_interrupt(run: Run, tmp_
     assert (done.returncode, done.stdout) == (app.INTERRUPTED, "")
     *lines, last = done.stderr.splitlines()
     # A slow machine says something before its first load is done.
-    told = re.compile(r"progress: \d of 13: .*, about \d+ s left")
-    assert any(map(told.fullmatch, lines)), lines
+    result = re.compile(r"progress: \d of 13: .*, about \d+ s left")
+    assert any(map(result.fullmatch, lines)), lines
     assert last == (
         "roughcontact: interrupted; 3 of 13 loads saved in kept; the same command resumes"
     )

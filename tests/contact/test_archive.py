@@ -157,11 +157,11 @@ def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
         assert after.origin is None
         assert all(step.method == NOTE for step in after.operations)
     # It has no checksums either, and says so.
-    told, note = again.summary(), again.cautions[-1]
+    summary, note = again.summary(), again.cautions[-1]
     assert note.kind == CautionTag.NO_CHECKSUMS
     cautions = [caution.summary() for caution in (*result.cautions, note)]
     more = {"warnings": [*result.warnings, note.text], "cautions": cautions}
-    assert told == result.summary() | more
+    assert summary == result.summary() | more
 
 
 def test_loaded_arrays_are_read_only(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ def test_changed_quantities_are_reported_as_differences() -> None:
     pressure, gap = result.pressure.copy(), result.gap.copy()
     pressure[result.contact & ~result.saturated] *= 1.001
     gap[5, 5] += 1e-9
-    for changed, told in (
+    for changed, expected in (
         (replace(result, pressure=pressure), {"load", "certificate", "gap"}),
         (replace(result, gap=gap), {"gap"}),
         (replace(result, approach=1.001 * result.approach), {"certificate", "gap"}),
@@ -90,7 +90,7 @@ def test_changed_quantities_are_reported_as_differences() -> None:
         (replace(result, load=1.001), {"load"}),
         (replace(result, tilt=(1e-5, 0.0)), {"certificate", "gap"}),
     ):
-        assert set(verify_solution(changed).differences) == told
+        assert set(verify_solution(changed).differences) == expected
     stiff = replace(result.pair, material=replace(STEEL, young=211e9))
     assert set(verify_solution(replace(result, pair=stiff)).differences) == {"certificate", "gap"}
 
@@ -136,8 +136,8 @@ def test_command_prints_one_row_per_file(tmp_path: Path, capsys, monkeypatch) ->
     yielded(0.3).save("volume.nc")
     solve_case().to_xarray().to_netcdf("old.nc", engine="h5netcdf")
     assert app.main(["verify", "sound.nc", "volume.nc", "old.nc"]) == app.SOLVED
-    told = capsys.readouterr()
-    rows = {line.split()[0]: line.split() for line in told.out.splitlines() if ".nc" in line}
+    output = capsys.readouterr()
+    rows = {line.split()[0]: line.split() for line in output.out.splitlines() if ".nc" in line}
     certificate = f"{solve_case().certificate:.4g}"
     assert rows["sound.nc"] == [
         "sound.nc",
@@ -152,7 +152,7 @@ def test_command_prints_one_row_per_file(tmp_path: Path, capsys, monkeypatch) ->
     ]
     assert rows["volume.nc"][-2:] == ["agree", "sound"]
     assert rows["old.nc"][-2:] == ["none", "sound"]
-    assert told.err == ""
+    assert output.err == ""
 
 
 @pytest.mark.long
@@ -169,10 +169,10 @@ def test_failed_files_are_reported_in_one_sentence_each(
     SURFACE.save("map.nc")
     files = ["sound.nc", "changed.nc", "other.nc", "map.nc", "absent.nc"]
     assert app.main(["verify", *files]) == app.BAD_INPUT
-    told = capsys.readouterr()
-    states = [line.split()[-1] for line in told.out.splitlines() if ".nc" in line]
+    output = capsys.readouterr()
+    states = [line.split()[-1] for line in output.out.splitlines() if ".nc" in line]
     assert states == ["sound", *["refused"] * 4]
-    complaints = told.err.splitlines()
+    complaints = output.err.splitlines()
     assert [line.split()[2] for line in complaints] == files[1:]
     for line, words in zip(
         complaints,
@@ -186,8 +186,8 @@ def test_failed_files_are_reported_in_one_sentence_each(
     ):
         assert words in line
     assert app.main(["verify", "sound.nc", "other.nc", "--quiet"]) == app.BAD_INPUT
-    told = capsys.readouterr()
-    assert (told.out, told.err.count("\n")) == ("", 1)
+    output = capsys.readouterr()
+    assert (output.out, output.err.count("\n")) == ("", 1)
 
 
 def test_json_matches_table(tmp_path: Path, capsys, monkeypatch) -> None:

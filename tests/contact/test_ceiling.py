@@ -411,10 +411,10 @@ def test_calibration_is_saved_and_shown(tmp_path: Path) -> None:
     result = solve_calibrated_sphere(40)
     result.save(tmp_path / "ball.nc")
     assert rc.read_result(tmp_path / "ball.nc").calibration == result.calibration
-    told = {row.name: row.text for row in presentation_of(result).rows(PROBLEM)}
+    values = {row.name: row.text for row in presentation_of(result).rows(PROBLEM)}
     assert re.fullmatch(
         r"2\.2\d+ GPa, calibrated: 2\.2\d yield strengths at 4\d times first yield",
-        told["pressure ceiling"],
+        values["pressure ceiling"],
     )
     (row,) = (row for row in presentation_of(result).rows() if row.key == "calibration")
     assert "(−2" in row.text

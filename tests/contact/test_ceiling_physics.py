@@ -73,17 +73,17 @@ def test_area_of_sphere_for_any_poisson_ratio(poisson: float, ratio: float) -> N
 def test_residual_indentation_of_sphere_matches_caution(poisson: float, ratio: float) -> None:
     case, found = volume(poisson, ratio)
     for ceiling in ("auto", "calibrated"):
-        told = ceiling_rule.ceiling_ratio(case, found, ceiling)
+        result = ceiling_rule.ceiling_ratio(case, found, ceiling)
         advice = recommended_ceiling(
             rc.solve(case.surface, load=found["load"], ceiling=ceiling, **case.bodies)
         )
-        limit = 3e9 if ceiling == "auto" else told["factor"] * 1e9
+        limit = 3e9 if ceiling == "auto" else result["factor"] * 1e9
         depth, energy = plausibility.ratio_to_elastoplastic(advice, limit)
-        assert told["depth"] == pytest.approx(depth, abs=0.1)
-        assert told["energy"] == pytest.approx(energy, abs=0.1)
+        assert result["depth"] == pytest.approx(depth, abs=0.1)
+        assert result["energy"] == pytest.approx(energy, abs=0.1)
     # With the calibrated ceiling of the result.
-    assert 1 <= told["depth"] <= 1.3
-    assert 1.2 <= told["energy"] <= 1.5
+    assert 1 <= result["depth"] <= 1.3
+    assert 1.2 <= result["energy"] <= 1.5
 
 
 def test_three_yield_strengths_match_full_plasticity() -> None:

@@ -147,9 +147,9 @@ def test_result_keeps_specified_load(load: Any, tmp_path: Path) -> None:
         == result.specified_load.force
         == load_case.force_on_pair(result.specified_load.form, result.pair)
     )
-    told = result.summary()["given_load"]
-    assert told["load"] == result.load
-    assert told["value"] == result.specified_load.form.value
+    summary = result.summary()["given_load"]
+    assert summary["load"] == result.load
+    assert summary["value"] == result.specified_load.form.value
     result.save(tmp_path / "out.nc")
     assert rc.read_result(tmp_path / "out.nc").specified_load == result.specified_load
     plain = rc.solve(ROLLER, material=STEEL, load=result.load, boundary="periodic-x")

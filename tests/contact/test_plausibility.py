@@ -168,12 +168,12 @@ def test_mistaken_argument_works_or_raises_package_error(name: str) -> None:
         for slip, value in SLIPS.items():
             if argument in ELSEWHERE or value is parameter.default:
                 continue
-            told = ""
+            result = ""
             try:
                 function(**{**usual, argument: value})
             except rc.RoughcontactError as error:
-                told = str(error)
-            assert len(told) < 400, (argument, slip)
+                result = str(error)
+            assert len(result) < 400, (argument, slip)
 
 
 def test_plain_arguments_are_accepted() -> None:
@@ -190,7 +190,7 @@ def test_plain_arguments_are_accepted() -> None:
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "expected"),
     [
         (
             lambda: rc.compare(rc.Surface(*rc.reference_map(32)), material="100Cr6", pressure=1e6),
@@ -209,7 +209,7 @@ def test_plain_arguments_are_accepted() -> None:
         ),
     ],
 )
-def test_mistaken_argument_is_quoted_in_error(call: Callable[[], Any], told: str) -> None:
+def test_mistaken_argument_is_quoted_in_error(call: Callable[[], Any], expected: str) -> None:
     with pytest.raises(rc.InputError) as caught:
         call()
-    assert told in str(caught.value)
+    assert expected in str(caught.value)

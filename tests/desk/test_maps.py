@@ -37,7 +37,7 @@ def test_the_sources_hold_the_numbers_of_the_result(surface, results):
     data = shown.sources[PRESSURE].data
     pressure = np.nan_to_num(data[PRESSURE][0]) / 1e3
     np.testing.assert_allclose(pressure, results[0].pressure * 1e-12, rtol=1e-6)
-    assert data["told"][0]["unit"] == "GPa"
+    assert data["display"][0]["unit"] == "GPa"
     gap = np.where(results[0].contact, np.nan, results[0].gap)
     np.testing.assert_allclose(shown.sources[GAP].data[GAP][0], gap * 1e9, rtol=1e-5)
     heights = (surface.heights - surface.heights.mean()) * 1e9
@@ -103,8 +103,8 @@ def test_moved_ranges_show_their_points(results, surface):
     shown.show_contact(surface, results[0])
     shown.x_range.update(start=20, end=30)
     shown.y_range.update(start=18, end=10)
-    told = shown.sources[HEIGHTS].data["told"][0]
-    assert told["cell"] == [1, 1]
+    result = shown.sources[HEIGHTS].data["display"][0]
+    assert result["cell"] == [1, 1]
     left, top = (
         round(shown.sources[PRESSURE].data["x"][0]),
         round(shown.sources[PRESSURE].data["y"][0]),

@@ -25,16 +25,16 @@ def maps():
 
 
 def test_dragging_an_end_reports_section_line(maps):
-    told = []
-    maps.section.set_listener(told.append)
+    messages = []
+    maps.section.set_listener(messages.append)
     maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
-    assert told == []
+    assert messages == []
     assert maps.section.source.data["x"] == pytest.approx([10, 50])
     end = maps.section.ends[1]
     half = (end.right - end.left) / 2
     end.update(left=40 - half, right=40 + half)
-    assert told[-1] == pytest.approx((10e-6, 10e-6, 20e-6, 40e-6))
-    assert maps.section.line == told[-1]
+    assert messages[-1] == pytest.approx((10e-6, 10e-6, 20e-6, 40e-6))
+    assert maps.section.line == messages[-1]
 
 
 def test_ends_stay_on_the_map(maps):
@@ -45,15 +45,15 @@ def test_ends_stay_on_the_map(maps):
 
 
 def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
-    told = []
-    maps.section.set_listener(told.append)
+    messages = []
+    maps.section.set_listener(messages.append)
     maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
     end = maps.section.ends[0]
     before = end.right - end.left
     maps.zoom(Box(5e-6, 5e-6, 20e-6, 35e-6))
     assert end.right - end.left == pytest.approx(before / 2)
     assert maps.section.line == pytest.approx((10e-6, 10e-6, 20e-6, 50e-6))
-    assert told == []
+    assert messages == []
 
 
 def test_drawn_box_selects_rows_and_columns_of_the_map(maps):

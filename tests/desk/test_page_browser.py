@@ -280,10 +280,10 @@ def test_invalid_file_is_rejected_in_one_sentence(seat: Seat, measured_file: Pat
     # The step was folded at the first contact.
     seat.unfold("Map")
     seat.page.locator("input[type=file]").first.set_input_files(wrong)
-    told = text_of(seat.alert("broken.opd"))
-    assert "Traceback" not in told
-    assert told.startswith("broken.opd")
-    assert "map-" not in told
+    text = text_of(seat.alert("broken.opd"))
+    assert "Traceback" not in text
+    assert text.startswith("broken.opd")
+    assert "map-" not in text
     # The map and its result stay.
     assert text_of(seat.number("Load")) == load
     assert seat.page.locator("p > b").get_by_text(measured_file.name, exact=True).count() == 1

@@ -67,7 +67,7 @@ def test_a_large_map_stays_below_ten_megabytes(tmp_path: Path) -> None:
     plots = saved_page._linked_maps(outcome.contact).children[0].children
     for plot in plots:
         data = plot.renderers[0].data_source.data
-        assert data["told"][0]["cell"] == [2, 2]
+        assert data["display"][0]["cell"] == [2, 2]
         assert data[plot.renderers[0].glyph.image][0].shape == (512, 512)
 
 

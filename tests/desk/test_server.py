@@ -234,7 +234,7 @@ def test_change_before_first_drawing_is_sent(desk: Desk, monkeypatch: pytest.Mon
     monkeypatch.setattr(desk.server, "_page", page)
     token = token_of(desk.open(desk.home))
 
-    async def told() -> str:
+    async def expected() -> str:
         connection = await connected(desk, token)
         # The acknowledgment has three parts.
         for _ in range(3):
@@ -252,7 +252,7 @@ def test_change_before_first_drawing_is_sent(desk: Desk, monkeypatch: pytest.Mon
         await parted(connection)
         return heard
 
-    assert '"name":"panel.models.markup.HTML"' in asyncio.run(told())
+    assert '"name":"panel.models.markup.HTML"' in asyncio.run(expected())
 
 
 def test_forged_session_is_rejected(desk: Desk) -> None:
@@ -314,9 +314,9 @@ def test_file_is_uploaded_and_saved(desk: Desk) -> None:
     before = set(os.listdir(desk.visits[0].work.folder))
     answer = upload(desk, "..%2F%3Cb%3Eground.OPD", b"x" * 1000)
     assert answer.status == 200
-    told = json.loads(answer.text)
-    assert told["name"] == "<b>ground.OPD"
-    path = desk.visits[0].work.folder / told["file"]
+    record = json.loads(answer.text)
+    assert record["name"] == "<b>ground.OPD"
+    path = desk.visits[0].work.folder / record["file"]
     assert path.read_bytes() == b"x" * 1000
     assert set(os.listdir(path.parent)) - before == {path.name}
     assert path.suffix == ".opd"

@@ -150,10 +150,10 @@ def test_only_last_of_several_loads_is_solved(tmp_path: Path) -> None:
 
 def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     began, go_on = threading.Event(), threading.Event()
-    told: list[Any] = []
+    messages: list[Any] = []
 
     def record_event(what: Any) -> None:
-        told.append(what)
+        messages.append(what)
         if isinstance(what, PreparedMaps) and "load" in what.request.specified:
             began.set()
             assert go_on.wait(PATIENCE)
@@ -169,15 +169,17 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     go_on.set()
     assert live.wait(PATIENCE)
     for kind, solved in ((Preview, [0, 3]), (Outcome, [3])):
-        assert [requests.index(what.request) for what in told if isinstance(what, kind)] == solved
+        assert [
+            requests.index(what.request) for what in messages if isinstance(what, kind)
+        ] == solved
     # Other maps need no end of it.
-    began.clear(), go_on.clear(), told.clear()
+    began.clear(), go_on.clear(), messages.clear()
     live.request(requests[0])
     assert began.wait(PATIENCE)
     live.request(from_text("solve", path, {**given, "level": "mean"}))
     go_on.set()
     assert live.wait(PATIENCE)
-    assert [what.request[LEVEL] for what in told if isinstance(what, Outcome)] == ["mean"]
+    assert [what.request[LEVEL] for what in messages if isinstance(what, Outcome)] == ["mean"]
     live.close()
 
 

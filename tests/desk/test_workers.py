@@ -77,17 +77,17 @@ def stubborn(tell: Callable[[Any], None]) -> None:
     time.sleep(600)
 
 
-def told_first(bench: WorkerPool, *work: Any, **more: Any) -> tuple[workers.Job, str]:
+def run_until_message(bench: WorkerPool, *work: Any, **more: Any) -> tuple[workers.Job, str]:
     """Start a job, and return it with its last message before it waits."""
     first = threading.Event()
     words: list[str] = []
 
-    def told(stage: JobStage) -> None:
+    def record_message(stage: JobStage) -> None:
         words.append(str(stage.progress))
         if len(words) == len(work):
             first.set()
 
-    job = bench.submit(*work, on_stage=told, **more)
+    job = bench.submit(*work, on_stage=record_message, **more)
     assert first.wait(PATIENCE)
     return job, words[0]
 
@@ -143,7 +143,7 @@ def test_job_exceeding_time_limit_fails(bench: WorkerPool) -> None:
 
 @pytest.mark.parametrize("work", [lasting, stubborn])
 def test_canceled_job_ends(bench: WorkerPool, work: Any) -> None:
-    job, number = told_first(bench, work)
+    job, number = run_until_message(bench, work)
     job.cancel()
     job.cancel()
     end = ended(job)
@@ -154,7 +154,7 @@ def test_canceled_job_ends(bench: WorkerPool, work: Any) -> None:
 
 
 def test_canceled_job_leaves_no_partial_file(bench: WorkerPool, tmp_path: Path) -> None:
-    job, _ = told_first(bench, lasting, tmp_path, folders=(tmp_path,))
+    job, _ = run_until_message(bench, lasting, tmp_path, folders=(tmp_path,))
     assert list(tmp_path.iterdir()) != []
     job.cancel()
     assert ended(job).canceled
@@ -164,7 +164,7 @@ def test_canceled_job_leaves_no_partial_file(bench: WorkerPool, tmp_path: Path) 
 def test_close_ends_running_and_waiting_jobs() -> None:
     before = set(psutil.Process().children())
     bench = WorkerPool()
-    job, number = told_first(bench, lasting)
+    job, number = run_until_message(bench, lasting)
     bench.close()
     assert ended(job).canceled
     assert not psutil.pid_exists(int(number))
@@ -174,12 +174,12 @@ def test_close_ends_running_and_waiting_jobs() -> None:
 def test_error_in_callback_ends_job(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = WorkerPool(spare=False)
 
-    def told(stage: JobStage) -> None:
+    def record_message(stage: JobStage) -> None:
         raise ValueError("not wanted")
 
     ignored: list[object] = []
     monkeypatch.setattr(threading, "excepthook", ignored.append)
-    job = bench.submit(lasting, on_stage=told)
+    job = bench.submit(lasting, on_stage=record_message)
     assert job.wait(PATIENCE) is None
     bench.close()
     assert len(ignored) == 1

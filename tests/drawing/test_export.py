@@ -104,7 +104,7 @@ def test_helpers_draw(tmp_path: Path) -> None:
     def processes() -> set[str]:
         return {path.name.split("-")[1] for path in tmp_path.iterdir()}
 
-    def told(number: int) -> Figure:
+    def record_message(number: int) -> Figure:
         (tmp_path / f"{number}-{os.getpid()}").touch()
         # Until another process has come, which it has in a moment.
         last = time.monotonic() + 20
@@ -112,7 +112,7 @@ def test_helpers_draw(tmp_path: Path) -> None:
             time.sleep(0.01)
         return line(number)
 
-    export.draw_pngs([lambda number=number: told(number) for number in range(4)], 2)
+    export.draw_pngs([lambda number=number: record_message(number) for number in range(4)], 2)
     assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["0", "1", "2", "3"]
     assert len(processes()) == 2
 

@@ -158,10 +158,10 @@ def test_invalid_input_raises_input_error_before_solve(change: dict, message: st
 
 def test_progress_numbers_the_loads() -> None:
     surface, first = ball(16)
-    told: list[rc.results.Progress] = []
+    messages: list[rc.results.Progress] = []
     loads = [0.5 * first, 2 * first]
-    rc.compare_models(surface, material=STEEL, increments=1, loads=loads, progress=told.append)
-    assert sorted({(at.number, at.count, at.step.load) for at in told}) == [
+    rc.compare_models(surface, material=STEEL, increments=1, loads=loads, progress=messages.append)
+    assert sorted({(at.number, at.count, at.step.load) for at in messages}) == [
         (1, 2, loads[0]),
         (2, 2, loads[1]),
     ]

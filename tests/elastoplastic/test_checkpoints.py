@@ -80,16 +80,16 @@ def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) 
     kept = asked.index(stop)
     assert sorted(path.name for path in folder.iterdir()) == [*names[:kept], "volume.json"]
     before = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
-    told: list[Progress] = []
-    resumed = solve_elastoplastic(ball(), folder=folder, progress=told.append, **arguments)
+    messages: list[Progress] = []
+    resumed = solve_elastoplastic(ball(), folder=folder, progress=messages.append, **arguments)
     assert bits(resumed) == bits(whole)
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in before.items())
     # One report for all stored steps, then the new ones.
-    assert (told[0].number, told[0].kept) == (kept, True)
-    assert {at.count for at in told} == {len(asked)}
-    assert [at.number for at in told] == sorted(at.number for at in told)
-    assert (told[0].number, told[-1].number) == (kept, len(asked))
-    assert all(not at.kept and at.step.load != asked[0] for at in told[1:])
+    assert (messages[0].number, messages[0].kept) == (kept, True)
+    assert {at.count for at in messages} == {len(asked)}
+    assert [at.number for at in messages] == sorted(at.number for at in messages)
+    assert (messages[0].number, messages[-1].number) == (kept, len(asked))
+    assert all(not at.kept and at.step.load != asked[0] for at in messages[1:])
     assert bits(load_elastoplastic(folder / names[-1])) == bits(whole)
     # Arrays of the caller's own result stay read-only.
     with pytest.raises(ValueError, match="read-only"):

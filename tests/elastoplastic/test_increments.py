@@ -127,9 +127,9 @@ def test_comparison_reports_step_errors() -> None:
     both = rc.compare_models(
         surface, material=HARDENING, loads=[FIRST, 3 * FIRST], boundary="periodic"
     )
-    told = both.summary()["step_error"]
-    assert told == [state.step_error for state in both.volume]
-    assert all(error is not None and error < 0.01 for error in told)
+    summary = both.summary()["step_error"]
+    assert summary == [state.step_error for state in both.volume]
+    assert all(error is not None and error < 0.01 for error in summary)
 
 
 @pytest.mark.parametrize("increments", ["some", 0, 2.5])

@@ -176,11 +176,11 @@ def test_maps_pressure_and_numbers_of_a_volume(
     assert "# unit: m\n" in (tmp_path / "left.csv").read_text(encoding="utf-8")
     with pytest.raises(rc.InputError, match="field must be one of"):
         tables.save_csv(volume, tmp_path / "left.csv", "saturated")
-    told = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
-    assert told["volume"] == volume.summary()
+    record = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert record["volume"] == volume.summary()
     # The words on yield are those of the volume, not of a contact without ceiling.
-    assert told["regime"] == volume.regime != volume.contact.regime
-    assert told["max_pressure"] == volume.contact.max_pressure
+    assert record["regime"] == volume.regime != volume.contact.regime
+    assert record["max_pressure"] == volume.contact.max_pressure
     assert load_elastoplastic(tmp_path / "out.nc").summary() == volume.summary()
 
 

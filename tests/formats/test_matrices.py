@@ -38,11 +38,11 @@ def test_delimiter_at_the_end_of_all_rows_is_no_column(tmp_path: Path) -> None:
 
 
 def test_text_without_final_line_end_adds_step(tmp_path: Path) -> None:
-    for end, told in (("", True), ("\n", False), ("\r\n", False), ("\n# end", True)):
+    for end, expected in (("", True), ("\n", False), ("\r\n", False), ("\n# end", True)):
         path = write(tmp_path, "map.csv", "1,2\n3,4\n5,6" + end)
         surface = read_surface(path, unit="nm", size="30 nm x 20 nm")
         assert surface.shape == (3, 2)
-        assert [("no line end" in step) for step in surface.provenance.steps] == [True] * told
+        assert [("no line end" in step) for step in surface.provenance.steps] == [True] * expected
 
 
 @pytest.mark.parametrize("mark", [";", " ", "\t"])

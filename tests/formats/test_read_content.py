@@ -141,8 +141,8 @@ def test_matrices_in_hdf5_are_channels(tmp_path: Path) -> None:
     surface = read_surface(path, channel="scan/heights", size=SIZE)
     close(surface, 1e-9)
     assert surface.pixel == pytest.approx((2e-6, 1e-6))
-    told = read_surface(path, channel="scan/heights", size=SIZE, unit="um").provenance.steps
-    assert told == ("read: heights in um, as given, instead of nm in the file",)
+    result = read_surface(path, channel="scan/heights", size=SIZE, unit="um").provenance.steps
+    assert result == ("read: heights in um, as given, instead of nm in the file",)
     assert_rejected(path, "gives no unit", channel="phase", size=SIZE, kind=InputError)
     with h5py.File(path, "w") as file:
         # The names that Zygo takes, for something else.

@@ -64,7 +64,7 @@ def test_every_reader_loads_separately(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "told",
+    "expected",
     [
         {},
         {"acquisition_time": datetime(2024, 5, 6, 7, 8, 9), "channel_name": "Z", "raw": None},
@@ -72,9 +72,11 @@ def test_every_reader_loads_separately(name: str) -> None:
         {"instrument": {"name": "NT", "vendor": "Veeco"}},
     ],
 )
-def test_metadata_match_library(told: dict[str, Any]) -> None:
+def test_metadata_match_library(expected: dict[str, Any]) -> None:
     library = pytest.importorskip("SurfaceTopography.Metadata", exc_type=ImportError).InfoModel
-    assert readers.InfoModel(**told).model_dump() == library(**told).model_dump(exclude_none=True)
+    assert readers.InfoModel(**expected).model_dump() == library(**expected).model_dump(
+        exclude_none=True
+    )
 
 
 def test_other_readers_use_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -125,8 +125,8 @@ def test_unit_argument_overrides_file_and_adds_step(tmp_path: Path, capsys) -> N
     path = write(tmp_path, "map.txt", HEADS["Gwyddion"][0] + MATRIX)
     surface = read_surface(path, unit="um")
     np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6)
-    told = "read: heights in um, as given, instead of nm in the file"
-    assert surface.provenance.steps == (told,)
+    result = "read: heights in um, as given, instead of nm in the file"
+    assert surface.provenance.steps == (result,)
     assert read_surface(path, unit="nm").provenance.steps == ()
     assert app.main(["info", str(path), "--verbose"]) == app.SOLVED
     shown = capsys.readouterr().out

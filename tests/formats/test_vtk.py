@@ -102,8 +102,8 @@ def volume_grid(
         name, about = entry.attrib["Name"], entry.attrib
         components = int(about.get("NumberOfComponents", "1"))
         if components > 1:
-            told = [about[f"ComponentName{number}"] for number in range(components)]
-            assert told == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]
+            lines = [about[f"ComponentName{number}"] for number in range(components)]
+            assert lines == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]
         assert arrays[name].dtype == found.bodies[0].stress.dtype
         arrays[name] = arrays[name].reshape(z, y, x, components).squeeze()
     return grid, arrays

@@ -345,12 +345,12 @@ def judged(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> 
         changed = [n for n in changed if n in read.facts and not n.endswith("seconds")]
     if not changed:
         return (AGAIN if read.again else SAME), ""
-    told = f"{len(changed)} of {len(names)} values changed, {', '.join(changed[:3])} among them"
+    text = f"{len(changed)} of {len(names)} values changed, {', '.join(changed[:3])} among them"
     if drawn.target.unproven:
-        return STATED, told
+        return STATED, text
     if read.said:
         return SAID, read.said
-    return WRONG, f"silent change: {told}"
+    return WRONG, f"silent change: {text}"
 
 
 def _refusal(drawn: Damaged, read: targets.Reading) -> tuple[str, str]:

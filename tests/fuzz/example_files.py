@@ -73,8 +73,8 @@ def counted(outcomes: Iterable[Outcome]) -> str:
     """Return how many files open."""
     kinds = [kind for kind, _ in outcomes]
     alone, refused = kinds.count(ALONE), kinds.count(REFUSED)
-    told = len(kinds) - alone - refused
-    return f"of {len(kinds)}: {alone} open alone, {told} with a hint, {refused} do not open"
+    result = len(kinds) - alone - refused
+    return f"of {len(kinds)}: {alone} open alone, {result} with a hint, {refused} do not open"
 
 
 def table(paths: Sequence[Path], outcomes: Sequence[Outcome], before: Sequence[Outcome]) -> str:

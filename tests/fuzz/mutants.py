@@ -259,7 +259,7 @@ def _statement(module: str, line: int) -> tuple[int, int]:
     return best
 
 
-def sample(size: int, seed: int, told: Path) -> list[Mutant]:
+def sample(size: int, seed: int, file: Path) -> list[Mutant]:
     """Return the same mutants of the same code again, and keep what they are a sample of."""
     modules = [
         str(path.relative_to(ROOT))
@@ -271,7 +271,7 @@ def sample(size: int, seed: int, told: Path) -> list[Mutant]:
         places.setdefault((mutant.module, mutant.place), []).append(mutant)
     count = sum(map(len, places.values()))
     whole = {"mutants": count, "places": len(places), "modules": len(modules)}
-    told.write_text(json.dumps({**whole, "size": size, "seed": seed}), encoding="utf-8")
+    file.write_text(json.dumps({**whole, "size": size, "seed": seed}), encoding="utf-8")
     print(whole, flush=True)
     draw = random.Random(seed)
     return [draw.choice(places[one]) for one in draw.sample(sorted(places), min(size, len(places)))]
@@ -339,7 +339,7 @@ class Watch:
     pytest_collectreport = pytest_runtest_logreport
 
 
-def begun(mutant: Mutant, tree: Path, tests: list[list[str]], patience: float, told: Path) -> int:
+def begun(mutant: Mutant, tree: Path, tests: list[list[str]], patience: float, file: Path) -> int:
     """Mutate a copy of the tree and try it in a fork; return its process.
 
     Imports of all tests were done before, which is most of the time of a mutant. Its time is
@@ -361,9 +361,9 @@ def begun(mutant: Mutant, tree: Path, tests: list[list[str]], patience: float, t
         found = {**asdict(mutant), "diff": _difference(whole, changed), "by": ""}
         found["tests"] = sum(map(len, tests)) - 1
         # Kept before it is known: a fork that is ended for its time leaves this.
-        told.write_text(json.dumps({**found, "by": "takes too long"}), encoding="utf-8")
+        file.write_text(json.dumps({**found, "by": "takes too long"}), encoding="utf-8")
         found["by"] = _killer(tree, tests)
-        told.write_text(json.dumps(found, ensure_ascii=False), encoding="utf-8")
+        file.write_text(json.dumps(found, ensure_ascii=False), encoding="utf-8")
         status = 0
     except BaseException:
         traceback.print_exc()
@@ -412,7 +412,7 @@ def run(folder: Path, size: int, seed: int, processes: int, again: bool) -> None
             mutant, tree = left.pop(0), free.pop()
             tests = covered.tests(mutant)
             parts = [part for part in ([mutant.module, *tests[:FEW]], tests[FEW:]) if part]
-            process = begun(mutant, tree, parts, covered.patience(tests), tree / "told.json")
+            process = begun(mutant, tree, parts, covered.patience(tests), tree / "outcome.json")
             at_work[process] = mutant, tree
             continue
         process, status = os.wait()
@@ -421,7 +421,7 @@ def run(folder: Path, size: int, seed: int, processes: int, again: bool) -> None
             raise SystemExit(f"not tried: {mutant}; see {tree / 'output'}")
         shutil.copy(ROOT / mutant.module, tree / mutant.module)
         with results.open("a", encoding="utf-8") as file:
-            file.write((tree / "told.json").read_text(encoding="utf-8") + "\n")
+            file.write((tree / "outcome.json").read_text(encoding="utf-8") + "\n")
         free.append(tree)
 
 

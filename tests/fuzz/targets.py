@@ -442,12 +442,12 @@ def _read_project(whole: dict[str, bytes], folder: Path, file: str) -> Reading:
         found: dict[str, str] = {}
         again = False
         for entry in project.read_project("project.toml"):
-            told = plan.find_complete(entry, plan.request_digest(entry))
-            if told is None:
+            result = plan.find_complete(entry, plan.request_digest(entry))
+            if result is None:
                 again = True
                 continue
-            found |= facts(told, entry.name)
-            for path in told["written"]:
+            found |= facts(result, entry.name)
+            for path in result["written"]:
                 same = Path(path).read_bytes() == whole[Path(path).as_posix()]
                 found[f"{entry.name}.{path}"] = (
                     "whole" if same else "damaged, but treated as solved"

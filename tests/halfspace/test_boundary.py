@@ -174,12 +174,12 @@ def test_operator_memory_matches_allocation(boundary, precision, shape):
         _, most = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    told = boundary.operator_memory(shape, precision)
+    result = boundary.operator_memory(shape, precision)
     # Small objects, and lengths that transform fast; but for full periods, single precision lays
     # its own rows out after its kernel was made in double.
-    assert most < 1.06 * told
+    assert most < 1.06 * result
     if precision == "double" or boundary is Boundary.PERIODIC:
-        assert most > told
+        assert most > result
 
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")

@@ -216,8 +216,8 @@ def test_command_solves_coated_body(tmp_path: Path, capsys: pytest.CaptureFixtur
     report = tmp_path / "stress.html"
     words += ["--ceiling", "none", "--report", str(report), "--json"]
     assert app.main(["stress", *words]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)["stress"]
-    assert [part["name"] for part in told["parts"]] == ["CrN", "Cr", "100Cr6"]
-    assert len(told["faces"]) == 5
+    stored = json.loads(capsys.readouterr().out)["stress"]
+    assert [part["name"] for part in stored["parts"]] == ["CrN", "Cr", "100Cr6"]
+    assert len(stored["faces"]) == 5
     assert "Bottom of Cr" in report.read_text("utf-8")
     assert "Yielding of a coated body needs" not in report.read_text("utf-8")

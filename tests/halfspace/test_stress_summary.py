@@ -119,8 +119,10 @@ def test_first_yield_of_a_sliding_sphere(friction):
 def test_depths_without_surface_give_caution():
     result, _ = solve_sphere(10.0)
     found = rc.subsurface_stress(result, PIXEL * np.array([3.0, 10.0, 30.0]), friction=0.5)
-    (told,) = (caution for caution in found.cautions if caution.kind == CautionTag.STRESS_DEPTH)
-    assert told.numbers["depth"] == pytest.approx(3 * PIXEL)
+    (found_caution,) = (
+        caution for caution in found.cautions if caution.kind == CautionTag.STRESS_DEPTH
+    )
+    assert found_caution.numbers["depth"] == pytest.approx(3 * PIXEL)
     whole = {caution.kind for caution in rc.subsurface_stress(result).cautions}
     assert not {CautionTag.STRESS_DEPTH, CautionTag.STRESS_PIXEL} & whole
 

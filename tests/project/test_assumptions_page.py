@@ -206,13 +206,13 @@ def test_the_tables_of_ceilings_are_those_of_the_stored_comparison() -> None:
 def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
     number = r"([\d.]+)"
     formula = re.search(rf"exp\(−{number} n l \+ {number} l² − {number} l³\)", TEXT)
-    told = np.array([float(formula[1]), -float(formula[2]), float(formula[3])])
-    assert told == pytest.approx(ceiling_rule.read_stored()["fit"], rel=0.005)
+    result = np.array([float(formula[1]), -float(formula[2]), float(formula[3])])
+    assert result == pytest.approx(ceiling_rule.read_stored()["fit"], rel=0.005)
     assert ceiling_rule.fit_constants(ceiling_rule.read_stored()["rows"]) == pytest.approx(
-        told, rel=0.005
+        result, rel=0.005
     )
     way, steepness = math.log(10), 2 * 1.615 / 3 / (3 - 2 * 1.615 / 3)
-    fall = told @ [steepness * way, way**2, way**3]
+    fall = result @ [steepness * way, way**2, way**3]
     assert indenters.mean_pressure(10 * math.pi * 1.615 / 2) == pytest.approx(
         3 - (3 - 2 * 1.615 / 3) * math.exp(-fall), rel=1e-9
     )

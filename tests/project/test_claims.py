@@ -50,11 +50,11 @@ def sentences() -> list[str]:
 
 
 def test_every_sentence_of_the_readme_is_a_claim() -> None:
-    told = {claim.sentence for claim in claims()}
+    names = {claim.sentence for claim in claims()}
     said = sentences()
     assert len(said) > 10
-    assert [sentence for sentence in said if sentence not in told] == []
-    assert sorted(told - set(said)) == []
+    assert [sentence for sentence in said if sentence not in names] == []
+    assert sorted(names - set(said)) == []
 
 
 @cache

@@ -71,19 +71,19 @@ def test_page_with_current_output_is_unchanged(commands: ModuleType, tmp_path: P
 
 
 @pytest.mark.parametrize(
-    ("shown", "other", "told"),
+    ("shown", "other", "expected"),
     [
         ("\ntwo\n$", "\nthree\n$", "printed\none\ntwo"),
         ("$ echo $?\n1\n", "", "exit status 1 is not shown"),
     ],
 )
 def test_a_page_that_shows_something_else_is_named_and_mended(
-    commands: ModuleType, tmp_path: Path, shown: str, other: str, told: str
+    commands: ModuleType, tmp_path: Path, shown: str, other: str, expected: str
 ) -> None:
     page = tmp_path / "page.md"
     page.write_text(PAGE.replace(shown, other, 1), encoding="utf-8")
     mended, (differing,) = commands.check_page(page, tmp_path)
-    assert told in differing
+    assert expected in differing
     assert mended == (PAGE if other else PAGE.replace(shown, ""))
 
 

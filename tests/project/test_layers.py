@@ -132,8 +132,8 @@ def test_dataclasses_are_frozen() -> None:
         for module in module_paths()
         for node in all_nodes(tree_of(module))
         if isinstance(node, ast.ClassDef)
-        for told in [" ".join(map(ast.unparse, node.decorator_list))]
-        if "dataclass" in told and "frozen=True" not in told
+        for item in [" ".join(map(ast.unparse, node.decorator_list))]
+        if "dataclass" in item and "frozen=True" not in item
     }
     assert loose == {(module, name) for module, names in GROWING.items() for name in names}
 

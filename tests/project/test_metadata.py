@@ -122,9 +122,9 @@ def test_dry_run_prints_steps_and_changes_nothing(
 ) -> None:
     before = (checkout / "CHANGELOG.md").read_bytes()
     assert release.main(["99.1.0", "--dry-run"]) == 0
-    told = capsys.readouterr().out
-    assert "would write CHANGELOG.md" in told
-    assert "would commit 'Release 99.1.0' and tag it v99.1.0" in told
+    output = capsys.readouterr().out
+    assert "would write CHANGELOG.md" in output
+    assert "would commit 'Release 99.1.0' and tag it v99.1.0" in output
     assert (checkout / "CHANGELOG.md").read_bytes() == before
 
 

@@ -111,10 +111,10 @@ def callables() -> dict[str, object]:
 
 
 def test_everything_public_is_documented() -> None:
-    told = {name: inspect.getdoc(value) or "" for name, value in callables().items()}
-    assert [name for name, words in told.items() if not words] == []
+    values = {name: inspect.getdoc(value) or "" for name, value in callables().items()}
+    assert [name for name, words in values.items() if not words] == []
     # Methods that `dataclass` writes.
-    assert [name for name, words in told.items() if words.startswith(f"{name}(")] == []
+    assert [name for name, words in values.items() if words.startswith(f"{name}(")] == []
 
 
 def undocumented_parameters(value: Any) -> set[str]:
@@ -124,13 +124,13 @@ def undocumented_parameters(value: Any) -> set[str]:
         f"{inspect.getdoc(value)}\n",
         re.MULTILINE | re.DOTALL,
     ) or [""]
-    told = {
+    names = {
         word.strip(" *")
         for line in section.replace("\\\n", " ").splitlines()
         if line[:1].strip()
         for word in line.partition(" : ")[0].split(",")
     }
-    return set(inspect.signature(value).parameters) - told
+    return set(inspect.signature(value).parameters) - names
 
 
 def test_every_public_parameter_is_documented() -> None:

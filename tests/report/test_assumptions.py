@@ -198,11 +198,11 @@ def stiffened(result: ContactResult, modulus: float) -> ContactResult:
 def test_large_strains_give_caution() -> None:
     elastic = solve_surface(rough(points=128), ceiling=None, load=1.0)
     result = stiffened(elastic, 5 * elastic.max_pressure)
-    (told,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
-    assert told.numbers["strain"] == pytest.approx(0.2)
+    (found_caution,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
+    assert found_caution.numbers["strain"] == pytest.approx(0.2)
     result = stiffened(elastic, elastic.max_pressure / 2)
-    (told,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
-    assert told.numbers["strain"] == pytest.approx(2.0)
+    (found_caution,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
+    assert found_caution.numbers["strain"] == pytest.approx(2.0)
     result = stiffened(elastic, 100 * elastic.max_pressure)
     assert stated_assumptions(result)["Small strains"] == "peak pressure / E* = 0.01"
     assert not any("modulus" in note for note in cautions(result))
@@ -357,10 +357,12 @@ def test_unsuitable_ceiling_shows_calibrated_ceiling(
     assert result.calibrated.factor == pytest.approx(factor, abs=0.01)
     assert result.calibrated.load_ratio == pytest.approx(ratio, rel=0.05)
     # The same message with and without the second column.
-    (told,) = (c for c in result.cautions if c.kind == CautionTag.CEILING)
-    assert caution(loaded_ball(ratio, calibrated=False, **more)) == told.text
-    assert (told.severity == "caution") is (abs(told.numbers["area_change"]) >= 0.1)
-    assert told.numbers["recommended_ceiling"] == pytest.approx(factor * 1e9, rel=0.01)
+    (found_caution,) = (c for c in result.cautions if c.kind == CautionTag.CEILING)
+    assert caution(loaded_ball(ratio, calibrated=False, **more)) == found_caution.text
+    assert (found_caution.severity == "caution") is (
+        abs(found_caution.numbers["area_change"]) >= 0.1
+    )
+    assert found_caution.numbers["recommended_ceiling"] == pytest.approx(factor * 1e9, rel=0.01)
 
 
 @pytest.mark.parametrize(

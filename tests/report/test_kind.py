@@ -212,21 +212,21 @@ def test_keys_are_unique_and_shown_quantities_have_names(
 
 
 def test_missing_quantity_of_one_result_is_marked(solved: rc.ContactResult) -> None:
-    told = {
+    values = {
         row.key: texts
         for row, texts in side_by_side(contact_fields.CONTACT, [solved.elastic(), solved])
     }
-    assert told["saturated_fraction"][0] == ABSENT
-    assert told["saturated_fraction"][1].endswith("%")
-    assert told["load"] == ("20 N (given)", "20 N (given)")
+    assert values["saturated_fraction"][0] == ABSENT
+    assert values["saturated_fraction"][1].endswith("%")
+    assert values["load"] == ("20 N (given)", "20 N (given)")
 
 
 def test_friction_is_shown_with_its_direction_or_omitted(
     solved: rc.ContactResult, below: rc.results.StressResult
 ) -> None:
     rubbed = rc.subsurface_stress(solved, [1e-5], friction=0.2, direction=90.0)
-    told = {row.key: row.text for row in presentation_of(rubbed).rows()}
-    assert (told["friction"], told["direction"]) == ("0.2", "90°")
+    values = {row.key: row.text for row in presentation_of(rubbed).rows()}
+    assert (values["friction"], values["direction"]) == ("0.2", "90°")
     assert {"friction", "direction"}.isdisjoint(row.key for row in presentation_of(below).rows())
 
 
@@ -293,7 +293,7 @@ def test_quantities_of_a_profile_are_those_of_a_map_per_meter_of_width() -> None
 
 def test_csv_keeps_every_digit_and_the_type() -> None:
     steps = [type("Step", (), {"x": 0.1 + 0.2, "n": 3})]
-    columns = (Column("x", "[m]"), Column("n"), Column("told", "told", stored=False))
+    columns = (Column("x", "[m]"), Column("n"), Column("note", "note", stored=False))
     result = type("Steps", (), {"steps": steps})
     assert csv_text(stored_steps(columns, result)) == "x [m],n [1]\n0.30000000000000004,3\n"
 
@@ -346,8 +346,8 @@ def test_undetermined_texture_shows_upper_bound() -> None:
 
 
 def test_numbers_are_shown_without_powers_of_ten() -> None:
-    told = {value: format_value(value, "m³") for value in (0.0, 3e-17, 1.87e-10, 7.2e-26)}
-    assert list(told.values()) == ["0 µm³", "30 µm³", "0.187 mm³", "72 nm³"]
+    values = {value: format_value(value, "m³") for value in (0.0, 3e-17, 1.87e-10, 7.2e-26)}
+    assert list(values.values()) == ["0 µm³", "30 µm³", "0.187 mm³", "72 nm³"]
     assert inputs.parameter("Sdr", {"Sdr": 4.561e-7}) == "0.00004561 %"
     assert inputs.parameter("Vmp", {"Vmp": 1.196e-10}) == "0.0001196 ml/m²"
 

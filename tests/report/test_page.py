@@ -335,9 +335,9 @@ def test_every_case_states_its_assumptions(problem: dict[str, Any], words: str) 
 @pytest.mark.usefixtures("quick")
 def test_a_nominal_body_has_no_roughness() -> None:
     ball = nominal_bodies.sphere(radius=1e-3, shape=rough().shape, pixel=rough().pixel)
-    told = "the added nominal form"
-    assert told not in report(solve_rough()).words
-    assert told in report(solve_rough(rough().with_form(ball))).words
+    result = "the added nominal form"
+    assert result not in report(solve_rough()).words
+    assert result in report(solve_rough(rough().with_form(ball))).words
     smooth = report(solve_rough(ball, load=0.01))
     assert "Sdq" not in smooth.texts["th"]
     beside = report(solve_rough(counter_surface=ball))

@@ -111,17 +111,17 @@ def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
     )
     console.print_outcome(outcome, DisplayOptions.VERBOSE)
     shown = " ".join(capsys.readouterr().out.split())
-    for told in ("loudest pitch 880 Hz", "440 Hz", "A sentence about squeaks.", "a.json"):
-        assert told in shown
+    for item in ("loudest pitch 880 Hz", "440 Hz", "A sentence about squeaks.", "a.json"):
+        assert item in shown
     assert "CAUTION edge: It squeaks" in shown
 
 
 def test_quantities_of_new_kind_are_saved(squeaking: Squeaking, tmp_path: Path) -> None:
-    told = squeaking.summary()
-    assert (told["loudest"], told["pitch"]) == (880.0, [440.0, 880.0])
+    summary = squeaking.summary()
+    assert (summary["loudest"], summary["pitch"]) == (880.0, [440.0, 880.0])
     for name in ("out.json", "out.csv"):
         squeaking.save(tmp_path / name)
-    assert json.loads((tmp_path / "out.json").read_text(encoding="utf-8")) == told
+    assert json.loads((tmp_path / "out.json").read_text(encoding="utf-8")) == summary
     assert (tmp_path / "out.csv").read_text(encoding="utf-8") == "pitch [Hz]\n440.0\n880.0\n"
     with pytest.raises(rc.InputError, match="csv"):
         squeaking.save(tmp_path / "out.nc")
@@ -148,13 +148,13 @@ def test_new_kind_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Pa
     assert "solver" in cites
     squeaking.report(tmp_path / "out.html")
     text = (tmp_path / "out.html").read_text(encoding="utf-8")
-    for told in (
+    for item in (
         "How does it squeak?",
         "Pitch over the step.",
         "880 Hz",
         "A sentence about squeaks.",
     ):
-        assert told in text
+        assert item in text
 
 
 def test_a_kind_without_a_question_has_no_report(

@@ -200,8 +200,8 @@ def test_unrepeatable_surface_is_read_from_result_file(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").filled()
     step = Operation("indented", found={"depth": 1e-9})
     known = dataclasses.replace(surface, provenance=surface.provenance.then(step))
-    told = dataclasses.replace(surface, provenance=rc.Provenance("a.opd", steps=("by\nhand",)))
-    for about, words in ((known, "indented: by up to 1 nm"), (told, "by hand")):
+    value = dataclasses.replace(surface, provenance=rc.Provenance("a.opd", steps=("by\nhand",)))
+    for about, words in ((known, "indented: by up to 1 nm"), (value, "by hand")):
         result = rc.solve(about, material=STEEL, load=0.1)
         result.save("result.nc")
         text = python_script.script_of_result(result)

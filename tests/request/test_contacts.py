@@ -118,7 +118,7 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
             *more,
         ]
     )
-    told = json.loads(capsys.readouterr().out)
+    stored = json.loads(capsys.readouterr().out)
     values = []
     for first, second in drawn_pairs([ROUGH], [other], 3):
         contact = solve_joint(first, counter_surface=second)
@@ -127,8 +127,8 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
         else:
             values.append(conducted([contact]).steps[-1].length)
     assert min(values) > 0
-    assert number(told) == pytest.approx(np.mean(values), rel=1e-6)
-    drawn = told["draws"][-1]
+    assert number(stored) == pytest.approx(np.mean(values), rel=1e-6)
+    drawn = stored["draws"][-1]
     assert drawn["count"] == 3
     assert drawn["deviation"] == pytest.approx(np.std(values, ddof=1), rel=1e-6)
 
@@ -304,8 +304,8 @@ def test_project_writes_outputs_of_each_task(
     listed = ", ".join(f'"{task}"' for task in JOINTS)
     path = joint_project(tmp_path, f"[{listed}]", *pressures)
     assert app.main(["run", str(path), "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)["contacts"]
-    assert [one["state"] for one in told] == ["solved"] * len(JOINTS)
+    record = json.loads(capsys.readouterr().out)["contacts"]
+    assert [one["state"] for one in record] == ["solved"] * len(JOINTS)
     for task in JOINTS:
         assert (tmp_path / "out" / f"joint-{task}.csv").stat().st_size > 100
     assert app.main(["run", str(path), "--json"]) == app.SOLVED

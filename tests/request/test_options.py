@@ -234,10 +234,10 @@ def test_the_command_of_a_report_repeats_it(task: str, tmp_path: Path, capsys: C
     assert app.main([*command, "--json"]) == app.SOLVED
     after = json.loads(capsys.readouterr().out)
     assert report.exists()
-    for told in (before, after):
-        told.pop("seconds", None)
+    for item in (before, after):
+        item.pop("seconds", None)
         for part in ("steps", "volume"):
-            told.get(part, {}).pop("seconds", None)
+            item.get(part, {}).pop("seconds", None)
     assert before == after
 
 

@@ -39,18 +39,18 @@ def test_load_per_length_is_shown_with_its_unit(trace, capsys):
     for words in ("m²", "area", "1 m ×", " N\n", "map"):
         assert words not in shown
     assert run_solve(trace, "--json") == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert (told["kind"], told["load"], told["load_unit"]) == ("profile", 20000.0, "N/m")
-    assert told["boundary"] == "free"
-    assert told["contact_length"] == pytest.approx(told["contact_fraction"] * 5e-4)
-    assert "contact_area" not in told
+    record = json.loads(capsys.readouterr().out)
+    assert (record["kind"], record["load"], record["load_unit"]) == ("profile", 20000.0, "N/m")
+    assert record["boundary"] == "free"
+    assert record["contact_length"] == pytest.approx(record["contact_fraction"] * 5e-4)
+    assert "contact_area" not in record
 
 
 def test_a_nominal_pressure_is_one_on_the_length(trace, capsys):
     assert app.main(["solve", str(trace), *STEEL, "--load", "40 MPa", "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert told["load"] == pytest.approx(40e6 * 5e-4)
-    assert told["given_load"]["load"] == told["load"]
+    record = json.loads(capsys.readouterr().out)
+    assert record["load"] == pytest.approx(40e6 * 5e-4)
+    assert record["given_load"]["load"] == record["load"]
     assert app.main(["solve", str(trace), *STEEL, "--load", "40 MPa", "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "40 MPa on the whole profile, 500 µm, are 20 kN/m" in shown
@@ -119,9 +119,9 @@ def test_a_roller_is_a_cylinder_across_the_profile(trace, capsys):
         assert run_solve(trace, "--counter-body", form, "--json") == status
         found = capsys.readouterr()
         if status == app.SOLVED:
-            told = json.loads(found.out)
+            record = json.loads(found.out)
             # 2√(4 W′R/(π E*)) wide at most on a smooth line.
-            assert told["contact_length"] < 3e-5
+            assert record["contact_length"] < 3e-5
         else:
             assert "a profile takes 'flat', a cylinder such as" in found.err
 
@@ -132,9 +132,9 @@ def test_info_has_the_parameters_of_a_profile(trace, capsys):
     for words in ("1000 of a profile", "Pq, Rq", "Psm, Rsm", "80 µm, the largest λc"):
         assert words in shown
     assert app.main(["info", str(trace), "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert {"Rq", "Ra", "Rz", "Rsk", "Rku", "Rsm", "Rdq"} <= told["roughness"].keys()
-    assert told["cutoff"] == 8e-5
+    record = json.loads(capsys.readouterr().out)
+    assert {"Rq", "Ra", "Rz", "Rsk", "Rku", "Rsm", "Rdq"} <= record["roughness"].keys()
+    assert record["cutoff"] == 8e-5
 
 
 def test_map_options_of_profile_are_rejected_in_one_sentence(trace, capsys):

@@ -48,13 +48,13 @@ def test_progress_true_draws_bar(of, capsys):
     surface = rc.Surface(*rc.reference_map(32, 3)) if of == "solve_elastoplastic" else rough()
     quiet = getattr(rc, of)(surface, material=STEEL, **options)
     assert capsys.readouterr().err == ""
-    told = getattr(rc, of)(surface, material=STEEL, progress=True, **options)
+    result = getattr(rc, of)(surface, material=STEEL, progress=True, **options)
     drawn = capsys.readouterr().err
     assert drawn.count("\r") >= 1
     assert drawn.endswith("\n")
     assert "target" in drawn
     if of == "solve":
-        np.testing.assert_array_equal(told.pressure, quiet.pressure)
+        np.testing.assert_array_equal(result.pressure, quiet.pressure)
 
 
 def interrupting(after):
@@ -126,7 +126,7 @@ def test_time_left_is_shown_after_first_part(clock):
 
 @pytest.mark.parametrize(("boundary", "ceiling"), [("free", "auto"), ("periodic", None)])
 def test_time_left_of_solve_is_within_factor_of_two(clock, boundary, ceiling):
-    forecast, told = Forecast(), []
+    forecast, result = Forecast(), []
     work = at = 0
 
     def record_progress(state):
@@ -136,7 +136,7 @@ def test_time_left_of_solve_is_within_factor_of_two(clock, boundary, ceiling):
         work += (step.convolutions - (at if step.iteration else 0)) * np.prod(step.shape)
         at = step.convolutions
         clock(float(work))
-        told.append((float(work), step.done, forecast(state)))
+        result.append((float(work), step.done, forecast(state)))
 
     surface = rc.Surface(*rc.reference_map(256, 3))
     rc.solve(
@@ -148,10 +148,10 @@ def test_time_left_of_solve_is_within_factor_of_two(clock, boundary, ceiling):
         progress=record_progress,
         calibrated=False,
     )
-    shares = [done for _, done, _ in told]
+    shares = [done for _, done, _ in result]
     assert shares[-1] == 1
     assert all(0 <= done <= 1 for done in shares)
-    known = [(left, work - now) for now, done, left in told if left and done < 0.9]
+    known = [(left, work - now) for now, done, left in result if left and done < 0.9]
     assert len(known) > 5
     assert all(0.5 < left / true < 2 for left, true in known), known
     # It is known in the first tenth of the work.
@@ -171,10 +171,10 @@ def test_time_left_assumes_parts_as_long_as_first(clock):
 
 
 def test_the_parts_of_several_calculations_are_counted_together():
-    told = []
-    look = one_of_several(told.append, 2, 3)
+    messages = []
+    look = one_of_several(messages.append, 2, 3)
     look(Progress(1, 4, None, "honed", kept=True))
-    assert told == [Progress(5, 12, None, "honed", kept=True)]
+    assert messages == [Progress(5, 12, None, "honed", kept=True)]
 
 
 def test_comparison_progress_counts_all_contacts(tmp_path):
@@ -188,10 +188,10 @@ def test_comparison_progress_counts_all_contacts(tmp_path):
         "material": "100Cr6",
         "steps": "2",
     }
-    told = []
-    run_request(from_text("compare", None, given), lambda text: None, told.append)
-    numbers = [state.number for state in told]
-    assert {state.count for state in told} == {6}
+    messages = []
+    run_request(from_text("compare", None, given), lambda text: None, messages.append)
+    numbers = [state.number for state in messages]
+    assert {state.count for state in messages} == {6}
     assert sorted(numbers) == numbers
     assert set(numbers) == {1, 2, 3, 4, 5, 6}
 
@@ -200,9 +200,9 @@ def told_of(task, folder, **more):
     """Return the progress messages of a task."""
     rc.Surface(*rc.reference_map(64, 3)).save(folder / "map.npz")
     given = {"material": "100Cr6", "boundary": "periodic", **more}
-    told = []
-    run_request(from_text(task, folder / "map.npz", given), lambda text: None, told.append)
-    return told
+    messages = []
+    run_request(from_text(task, folder / "map.npz", given), lambda text: None, messages.append)
+    return messages
 
 
 def assert_one_series(states):
@@ -215,18 +215,18 @@ def assert_one_series(states):
 @pytest.mark.long
 def test_progress_shows_stress_depths_and_report_figures(tmp_path):
     report = str(tmp_path / "out.html")
-    told = told_of("stress", tmp_path, load="20 MPa", report=report)
+    result = told_of("stress", tmp_path, load="20 MPa", report=report)
     for label in ("stress below the surface", f"writing {report}, figures"):
-        assert_one_series([state for state in told if state.label == label])
-    assert phrases.progress_text(told[-1]) == (
-        f"writing {report}, figures: {told[-1].number} of {told[-1].count}"
+        assert_one_series([state for state in result if state.label == label])
+    assert phrases.progress_text(result[-1]) == (
+        f"writing {report}, figures: {result[-1].number} of {result[-1].count}"
     )
 
 
 def test_the_variants_of_a_joint_are_one_series(tmp_path):
     conducts = dict.fromkeys(("conductivity", "counter-conductivity"), "46 W/m/K")
-    told = told_of("conductance", tmp_path, load="1 GPa", **conducts)
-    variants = [state for state in told if state.label]
+    result = told_of("conductance", tmp_path, load="1 GPa", **conducts)
+    variants = [state for state in result if state.label]
     assert_one_series(variants)
     assert [*dict.fromkeys(state.label for state in variants)] == [
         "calibrated ceiling",

@@ -132,12 +132,12 @@ def test_error_of_undetermined_cylinder_is_invariant_under_rotation(axis: int) -
     y, x = np.mgrid[:30, :30] - 14.5
     across = x * math.cos(math.radians(axis)) + y * math.sin(math.radians(axis))
     heights = 1e-4 * across**2 + 0.1 * rough(5, y.shape)
-    told = []
+    messages = []
     for turn in range(4):
         with pytest.raises(InputError, match="too flat to fit a cylinder") as refused:
             remove_form(np.rot90(heights, turn), (1.0, 1.0), "cylinder")
-        told.append(str(refused.value))
-    assert told == [told[0]] * 4
+        messages.append(str(refused.value))
+    assert messages == [messages[0]] * 4
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])

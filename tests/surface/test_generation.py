@@ -169,7 +169,7 @@ def test_a_lay_turned_half_around_is_the_same() -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "told"),
+    ("asked", "expected"),
     [
         ({"Sal": None}, "Sal or Sdq or rolloff_wavelength must be given"),
         ({"rolloff_wavelength": 2e-5}, "Sal and rolloff_wavelength set the same"),
@@ -191,8 +191,8 @@ def test_a_lay_turned_half_around_is_the_same() -> None:
         ({"Sal": None, "turning": 5e-5}, r"turning must be a pair"),
     ],
 )
-def test_impossible_parameters_raise_input_error(asked: dict[str, Any], told: str) -> None:
-    with pytest.raises(rc.InputError, match=f"^{told}"):
+def test_impossible_parameters_raise_input_error(asked: dict[str, Any], expected: str) -> None:
+    with pytest.raises(rc.InputError, match=f"^{expected}"):
         make_map((96, 128), **asked)
 
 
@@ -205,18 +205,18 @@ def test_unreachable_moments_raise_input_error() -> None:
 @pytest.mark.slow
 def test_missed_parameters_are_reported_with_reason() -> None:
     grooves = make_map((96, 96), Str=0.05)
-    told = missed_notes(grooves)[0]
-    assert (told.kind, told.severity) == (CautionTag.GENERATE_MISSED, Severity.NOTE)
-    assert "Str is at most 0.1" in told.text
+    result = missed_notes(grooves)[0]
+    assert (result.kind, result.severity) == (CautionTag.GENERATE_MISSED, Severity.NOTE)
+    assert "Str is at most 0.1" in result.text
     few = make_map((96, 96), Sal=16e-6, Str=1.0, cutoff_wavelength="16 um")
-    told = missed_notes(few)[0]
-    assert "correlation areas fit" in told.text
+    result = missed_notes(few)[0]
+    assert "correlation areas fit" in result.text
 
 
 def test_narrow_spectrum_is_reported_with_its_ends() -> None:
-    (told,) = missed_notes(make_map((96, 96), cutoff_wavelength="8 um"))
-    assert told.kind == CautionTag.NARROW_SPECTRUM
-    assert told.numbers["span"] == pytest.approx(1.6, rel=0.2)
+    (result,) = missed_notes(make_map((96, 96), cutoff_wavelength="8 um"))
+    assert result.kind == CautionTag.NARROW_SPECTRUM
+    assert result.numbers["span"] == pytest.approx(1.6, rel=0.2)
     assert (
         missed_notes(
             make_map((96, 96), rolloff_wavelength="16 um", Sal=None, cutoff_wavelength="4 um")
@@ -231,9 +231,11 @@ def test_provenance_reproduces_map() -> None:
     about = surface.provenance
     assert provenance.from_text(provenance.to_text(about)) == about
     assert about.source == "generated rough surface, seed 7"
-    (told,) = about.steps
-    assert told.startswith("generated: Sq 500 nm, Sal 5 µm, Str 0.5, Ssk -0.5, Hurst exponent 0.8")
-    assert "numpy.random.default_rng(7)" in told
+    (result,) = about.steps
+    assert result.startswith(
+        "generated: Sq 500 nm, Sal 5 µm, Str 0.5, Ssk -0.5, Hurst exponent 0.8"
+    )
+    assert "numpy.random.default_rng(7)" in result
     names: dict[str, Any] = {}
     exec(python_script.script_of_map(surface), names)
     assert names["surface"].heights.tobytes() == surface.heights.tobytes()
@@ -304,15 +306,15 @@ def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys:
     for path in files[:3]:
         assert rc.read_surface(path).heights.tobytes() == expected.tobytes()
     assert app.main([*words, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    sal = next(one for one in told["parameters"] if one["name"] == "Sal")
+    record = json.loads(capsys.readouterr().out)
+    sal = next(one for one in record["parameters"] if one["name"] == "Sal")
     assert sal["asked"] == 5e-6
     assert sal["met"]
-    assert told["seed"] == 4
+    assert record["seed"] == 4
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         ([], "--sq must be given"),
         (["--sq", "1 um"], "the map gives no lengths of its sides"),
@@ -323,11 +325,11 @@ def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys:
     ],
 )
 def test_invalid_options_are_rejected_in_one_sentence(
-    words: list[str], told: str, capsys: Capture
+    words: list[str], expected: str, capsys: Capture
 ) -> None:
     assert app.main(["generate", *words]) == app.BAD_INPUT
     shown = capsys.readouterr()
-    assert shown.err.startswith(f"roughcontact: error: {told}")
+    assert shown.err.startswith(f"roughcontact: error: {expected}")
     assert shown.err.count("\n") == 1
     assert shown.out == ""
 

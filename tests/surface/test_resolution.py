@@ -313,9 +313,9 @@ def test_coarsest_limit_of_several_maps_is_reported_once() -> None:
     assert None not in scales
     assert scales[0] < scales[1]  # type: ignore[operator]
     for maps in ((fine, coarse), (coarse, fine)):
-        (told,) = notes_of_maps(*maps)
-        assert (told.where, told.place) == ("2 of 2 maps, worst coarse.opd", "coarse.opd")
-        assert told.parts == cautions_of_surface(coarse)[0].parts
+        (result,) = notes_of_maps(*maps)
+        assert (result.where, result.place) == ("2 of 2 maps, worst coarse.opd", "coarse.opd")
+        assert result.parts == cautions_of_surface(coarse)[0].parts
     assert notes_of_maps(fine) == notes_of_maps(fine, fine) == cautions_of_surface(fine)
     # A limit of one map alone names it; unmeasured maps have none.
     plain = replace(fine, heights=heights, provenance=Provenance("plain.opd", "Wyko OPD"))

@@ -183,10 +183,10 @@ def test_interval_of_study_covers_hertz(load):
         "approach": reach**2 / radius,
     }
     for name, value in exact.items():
-        told = interval(result, name, study)
-        assert told.low <= value <= told.high < 1.4 * told.low
+        answer = interval(result, name, study)
+        assert answer.low <= value <= answer.high < 1.4 * answer.low
         # The contribution of the rim is an error of the grid.
-        assert set(causes(told)) <= {Cause.GRID, Cause.WAVES, Cause.TOLERANCE}
+        assert set(causes(answer)) <= {Cause.GRID, Cause.WAVES, Cause.TOLERANCE}
 
 
 @pytest.mark.long
@@ -202,8 +202,8 @@ def test_the_pressure_at_an_edge_has_no_limit():
     assert not any("Independent" in s and "maximum pressure" in s for s in study.sentences)
     assert study.summary()["independent"]["max_pressure"] is False
     for found in (None, study):
-        told = interval(result, "max_pressure", found)
-        assert causes(told)[Cause.EDGE].high == told.high == math.inf
+        value = interval(result, "max_pressure", found)
+        assert causes(value)[Cause.EDGE].high == value.high == math.inf
     # A ceiling is a limit, and so is a period.
     limited = rc.solve(ball, material=STEEL, load=2.0, ceiling=3e9)
     assert Cause.EDGE not in causes(interval(limited, "max_pressure"))
@@ -218,8 +218,8 @@ def test_the_edge_of_a_punch_within_the_map_has_no_limit():
     y, x = np.mgrid[-64:64, -64:64] + 0.5
     punch = rc.Surface(np.where(np.hypot(x, y) < 20, 0.0, np.nan), (1e-6, 1e-6)).masked()
     result, study = solve_with_study(punch, 0.1)
-    told = interval(result, "max_pressure", study)
-    assert causes(told)[Cause.GRID].high == math.inf
+    value = interval(result, "max_pressure", study)
+    assert causes(value)[Cause.GRID].high == math.inf
     assert not study.independent("max_pressure")
     assert interval(result, "approach", study).high < 1.1 * result.approach
 
@@ -236,8 +236,8 @@ def test_a_map_rough_down_to_its_pixel_has_no_last_area():
 
 def test_pressure_interval_ends_at_ceiling():
     result, study = solve_with_study(BALL, 4.0, ceiling=3e9)
-    told = interval(result, "max_pressure", study)
-    assert told.value <= told.high <= 3e9 * (1 + 1e-5)
+    value = interval(result, "max_pressure", study)
+    assert value.value <= value.high <= 3e9 * (1 + 1e-5)
 
 
 @pytest.mark.parametrize("order", [0.5, 0.7, 1.0, 1.5, 2.0])
@@ -270,8 +270,8 @@ def test_intervals_cover_finer_grids():
     for number in range(4):
         case = benchmark.draw_case(number, 64, 4)
         right = benchmark.truth(case, 64, 4)
-        told = benchmark.intervals_of_map(case, 64)
-        held += [one.low <= right[name] <= one.high for name, one in told.items()]
+        result = benchmark.intervals_of_map(case, 64)
+        held += [one.low <= right[name] <= one.high for name, one in result.items()]
     assert len(held) >= 16
     assert np.mean(held) >= 0.9
 
@@ -279,20 +279,20 @@ def test_intervals_cover_finer_grids():
 def test_a_body_that_hardens_has_its_calibrated_area_in_the_interval():
     iron = rc.Material(210e9, 0.3, 1e9, hardness=5e9)
     result = rc.solve(BALL, material=iron, load=25)
-    told, other = interval(result), result.calibrated
+    value, other = interval(result), result.calibrated
     assert other is not None
     assert other.differs
-    assert told.low <= other.contact_fraction <= told.high
+    assert value.low <= other.contact_fraction <= value.high
 
 
 def test_large_changes_multiply_instead_of_adding():
     # Of a map of noise: the rim takes a third, twice the pixel to the pixel nine tenths.
-    told = Interval(
+    result = Interval(
         "contact_fraction",
         0.256,
         (ErrorSource(Cause.RIM, -0.33, 0.0), ErrorSource(Cause.GRID, -0.93, 0.0)),
     )
-    assert told.low == pytest.approx(0.256 * 0.67 * 0.07)
+    assert result.low == pytest.approx(0.256 * 0.67 * 0.07)
 
 
 def test_nearly_full_contact_has_shares_up_to_one_and_no_interval_of_a_closed_gap():

@@ -300,12 +300,12 @@ def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
     alone = result.uncertainty(coarse, 4 * UM, {"E": 0.0}, 6).interval("contact_fraction")
     assert math.log(known.high / known.low) < 0.75 * math.log(alone.high / alone.low)
     higher = [(rc.Surface(2.5 * part.heights, part.pixel), fine) for part in parts]
-    for others, told in (
+    for others, expected in (
         (higher, "times the power of the map in the waves that both show"),
         ([(image, coarse)], "must show shorter waves than the map"),
         ([(rc.Surface(whole[:24, :24], (UM, UM)), fine)], "measure a larger part"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=expected):
             result.uncertainty(coarse, 4 * UM, also=others)
     with pytest.raises(InputError, match="instrument is needed with also"):
         result.uncertainty(also=parts)
@@ -581,8 +581,8 @@ def test_structured_surfaces_raise_input_error() -> None:
     particle = heights.copy()
     particle[20:22, 30:32] += 8 * image.Sq
     solve_surface(image).uncertainty(tool, 8 * UM, draws=4)
-    for structured, told in ((tracks, "skewed heights"), (particle, "has peaks or pits")):
-        with pytest.raises(InputError, match=told):
+    for structured, expected in ((tracks, "skewed heights"), (particle, "has peaks or pits")):
+        with pytest.raises(InputError, match=expected):
             solve_surface(rc.Surface(structured, image.pixel)).uncertainty(tool, 8 * UM, draws=4)
 
 
@@ -596,9 +596,9 @@ def test_mismatched_edges_of_periodic_map_give_remark() -> None:
         rng=np.random.default_rng(1),
     )
     tilted = heights + np.linspace(0, 6e-7, 64)
-    for rough, told in ((heights, False), (tilted, True)):
+    for rough, expected in ((heights, False), (tilted, True)):
         surface = rc.Surface(rough, (1e-6, 1e-6))
         measured = measurement._measured(surface, rc.measure.Instrument(resolution=2e-6), None)
         measured = replace(measured, form="plane")
         result = rc.solve(surface, material=STEEL, load=1e-3, boundary="periodic")
-        assert bool(list(measurement._seam_remark(result, measured))) == told
+        assert bool(list(measurement._seam_remark(result, measured))) == expected

@@ -182,10 +182,10 @@ def show_reports(reports: Sequence[ContactReport], folder: Path) -> None:
     failed_first = sorted(reports, key=lambda report: report.state != FAILED)
     rows = [(item.name, str(item.summary.get("answer", item.state))) for item in failed_first]
     _print_table(rows, heads=("contact", "answer"), fold=True, indent=_INDENT)
-    told = [
+    cautions = [
         (report.name, map(from_summary, report.summary.get("cautions", ()))) for report in reports
     ]
-    _print_messages(merge_cautions(told, "contacts"))
+    _print_messages(merge_cautions(cautions, "contacts"))
     # The folder has at least the summary of each solved contact.
     if any(report.summary for report in reports):
         _print_written([folder], "written to:")

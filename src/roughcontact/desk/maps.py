@@ -268,7 +268,7 @@ class MapsView:
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         self.sources: dict[str, Any] = {
-            key: style.empty_source("x", "y", "dw", "dh", key, *_FIELDS.get(key, ()), "told")
+            key: style.empty_source("x", "y", "dw", "dh", key, *_FIELDS.get(key, ()), "display")
             for key in NAMES
         }
         self.mappers = color_mappers()
@@ -507,10 +507,10 @@ class MapsView:
         surface, part = self.surface, self._part
         if surface is None or (part is None and key != HEIGHTS):
             return
-        told: dict[str, Any] = {}
+        display: dict[str, Any] = {}
         if key in self.scales:
             self.set_scale(key)
-            told = {"unit": self.scales[key].unit}
+            display = {"unit": self.scales[key].unit}
         if key == HEIGHTS:
             view = self._window(surface)
             columns = {key: rasters.mean_heights(surface, view, self.mean)}
@@ -524,13 +524,13 @@ class MapsView:
         top, left, bottom, right = (
             edge * self._factor for edge in rasters.window_extent(view, surface.pixel)
         )
-        told |= {"length": self._unit, "cell": list(view.blocks)}
+        display |= {"length": self._unit, "cell": list(view.blocks)}
         self.sources[key].data = {
             "x": [left],
             "y": [top],
             "dw": [right - left],
             "dh": [bottom - top],
-            "told": [told],
+            "display": [display],
             **{name: [values] for name, values in columns.items()},
         }
 

@@ -29,10 +29,10 @@ def table(rows: Sequence[Cells], head: Cells = (), style: str = "") -> list[Bloc
 
 def quantities(rows: Iterable[Row]) -> list[Block]:
     """Return the block of rows with their meaning."""
-    told = cells(rows)
-    if not any(meaning for _, _, meaning in told):
-        return table([(name, text) for name, text, _ in told], style="key")
-    return table(told, ("quantity", "value", "meaning"), "wide")
+    entries = cells(rows)
+    if not any(meaning for _, _, meaning in entries):
+        return table([(name, text) for name, text, _ in entries], style="key")
+    return table(entries, ("quantity", "value", "meaning"), "wide")
 
 
 def evenly_spaced(rows: Sequence[Cells], count: int) -> list[Cells]:

@@ -200,11 +200,11 @@ def from_summary(record: Mapping[str, Any]) -> Uncertainty:
     intervals = tuple(
         Interval(
             name,
-            told["value"],
-            tuple(ErrorSource(Cause(cause), *ends) for cause, ends in told["causes"].items()),
-            told["measured"],
+            interval["value"],
+            tuple(ErrorSource(Cause(cause), *ends) for cause, ends in interval["causes"].items()),
+            interval["measured"],
         )
-        for name, told in record["intervals"].items()
+        for name, interval in record["intervals"].items()
     )
     tool = record["instrument"]
     closing = {

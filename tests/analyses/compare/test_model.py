@@ -129,10 +129,10 @@ def test_three_groups_are_compared_in_pairs() -> None:
     groups = {"a": MAPS[:2], "b": MAPS[2:4], "c": MAPS[4:]}
     found = rc.compare(groups, material=STEEL, pressure=1e8, steps=1)
     assert list(found.differences("Sdq")) == [(0, 1), (0, 2), (1, 2)]
-    told = {caution.kind: caution for caution in found.cautions}
+    found_caution = {caution.kind: caution for caution in found.cautions}
     assert len(found.corrected) == 14 * 3
-    assert told[CautionTag.FEW_MAPS].numbers == {"maps": 2}
-    assert "of a, b, c" in told[CautionTag.FEW_MAPS].text
+    assert found_caution[CautionTag.FEW_MAPS].numbers == {"maps": 2}
+    assert "of a, b, c" in found_caution[CautionTag.FEW_MAPS].text
     assert len(comparison.differences(found)[1]) == 42
 
 
@@ -251,16 +251,16 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     places = {kind: folder / f"out.{kind}" for kind in ("csv", "html")}
     written = ["--output", str(places["csv"]), "--report", str(places["html"])]
     assert app.main([*words, "--steps", "2", *written, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert [len(group["maps"]) for group in told["groups"]] == [3, 3]
-    contact = told["differences"][0]
+    record = json.loads(capsys.readouterr().out)
+    assert [len(group["maps"]) for group in record["groups"]] == [3, 3]
+    contact = record["differences"][0]
     assert (contact["quantity"], contact["first"], contact["second"], contact["excludes_zero"]) == (
         "contact_fraction",
         "ground",
         "honed",
         True,
     )
-    assert len(told["groups"][0]["curves"]["mean_gap"]) == 2
+    assert len(record["groups"][0]["curves"]["mean_gap"]) == 2
     head, *lines = places["csv"].read_text("utf-8").splitlines()
     assert head.startswith("quantity [1],unit [1],group [1],maps [1],mean [1]")
     row = next(line.split(",") for line in lines if "honed − ground" in line)
@@ -269,7 +269,7 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     report = places["html"].read_text("utf-8")
     assert "Honed − ground: significant (95 %, Holm) in" in report
     assert report.count("<figure") == 2
-    told = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", report)).split())
+    record = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", report)).split())
     for words in (
         "honed − ground difference 95 % interval relative significant",
         "Young's modulus E 210 GPa rigid",
@@ -281,7 +281,7 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
         "The model assumes In this case Matters if",
         "rms slope",
     ):
-        assert words.lower() in told.lower(), words
+        assert words.lower() in record.lower(), words
 
 
 @pytest.mark.long
@@ -289,20 +289,20 @@ def test_command_compares_quarters_and_sampling(folder: Path, capsys: Capture) -
     files = [str(folder / name) for name in ("g1.npy", "h1.npy")]
     words = ["compare", *files, *OPTIONS, "--quarters", "--sampling", "--steps", "1", "--json"]
     assert app.main(words) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert [group["name"] for group in told["groups"]] == ["g1.npy", "h1.npy"]
-    assert [len(group["maps"]) for group in told["groups"]] == [4, 4]
-    assert 0 <= told["components"]["Sq"]["share"] <= 1
-    assert [study["source"] for study in told["sampling"]] == ["g1.npy", "h1.npy"]
-    kinds = [caution["kind"] for caution in told["cautions"]]
+    record = json.loads(capsys.readouterr().out)
+    assert [group["name"] for group in record["groups"]] == ["g1.npy", "h1.npy"]
+    assert [len(group["maps"]) for group in record["groups"]] == [4, 4]
+    assert 0 <= record["components"]["Sq"]["share"] <= 1
+    assert [study["source"] for study in record["sampling"]] == ["g1.npy", "h1.npy"]
+    kinds = [caution["kind"] for caution in record["cautions"]]
     assert kinds.count(CautionTag.PARTS) == 1
     # One map has a mean, and no interval.
     alone = ["compare", "--group", f"a={files[0]}", "--group", f"b={files[1]}", *OPTIONS]
     assert app.main([*alone, "--steps", "1", "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert told["groups"][0]["means"]["Sq"]["low"] is None
-    assert told["differences"][0]["excludes_zero"] is False
-    assert told["components"] == {}
+    record = json.loads(capsys.readouterr().out)
+    assert record["groups"][0]["means"]["Sq"]["low"] is None
+    assert record["differences"][0]["excludes_zero"] is False
+    assert record["components"] == {}
 
 
 def test_command_rejects_incomparable_groups_in_one_sentence(folder: Path, capsys: Capture) -> None:
@@ -326,9 +326,9 @@ def test_command_rejects_incomparable_groups_in_one_sentence(folder: Path, capsy
         ),
     ):
         assert app.main(words) == app.BAD_INPUT, words
-        told = capsys.readouterr().err
-        assert told.count("\n") == 1
-        assert said in told
+        output = capsys.readouterr().err
+        assert output.count("\n") == 1
+        assert said in output
 
 
 def make_group(slope: float, seeds: range, points: int = 128) -> list[rc.Surface]:
@@ -394,8 +394,8 @@ def test_bracket_compares_under_both_ceilings(tmp_path: Path) -> None:
     record = both.summary()
     assert record["base"]["groups"] == base.summary()["groups"]
     for case in (record, record["base"]):
-        told = {item["quantity"]: item["significant"] for item in case["differences"]}
-        assert told == {name: both.is_significant(name) for name in both.names}
+        values = {item["quantity"]: item["significant"] for item in case["differences"]}
+        assert values == {name: both.is_significant(name) for name in both.names}
     both.save(tmp_path / "table.csv")
     head, *lines = (tmp_path / "table.csv").read_text("utf-8").splitlines()
     assert head.endswith("ceiling [1]")

@@ -79,9 +79,9 @@ def test_long_waves_give_sampling_caution() -> None:
     assert not one.falls
     # Slopes are those of the short waves.
     assert found.error("Sdq").falls
-    (told,) = (c for c in found.cautions if c.kind == CautionTag.SAMPLING)
-    assert "Sq" in told.numbers
-    assert "Sdq" not in told.numbers
+    (caution,) = (c for c in found.cautions if c.kind == CautionTag.SAMPLING)
+    assert "Sq" in caution.numbers
+    assert "Sdq" not in caution.numbers
 
 
 def test_map_too_small_for_sixteen_parts_raises_input_error() -> None:

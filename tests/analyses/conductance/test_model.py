@@ -175,10 +175,10 @@ def test_contact_and_gap_are_reported_separately_and_together() -> None:
 def test_radiation_caution_appears_at_low_conductance() -> None:
     # Black faces at 25 °C exchange 6.01 W/(m² K).
     poor = rc.Conductor(conductivity=1e-2)
-    for conductor, told in ((COPPER, False), (poor, True)):
+    for conductor, expected in ((COPPER, False), (poor, True)):
         found = rc.conductance(RESULT, conductor, conductor, gap="vacuum")
         assert found.radiation == pytest.approx(6.01, rel=1e-3)
-        assert (CautionTag.RADIATION in kinds(found)) == told
+        assert (CautionTag.RADIATION in kinds(found)) == expected
     (text,) = (caution for caution in found.cautions if caution.kind == CautionTag.RADIATION)
     assert text.numbers["share"] == pytest.approx(6.01 / found.joint_conductance[0], rel=1e-3)
     hot = rc.conductance(RESULT, COPPER, COPPER, gap="vacuum", temperature="323.15 °C")
@@ -193,8 +193,10 @@ def test_a_current_heats_the_spots() -> None:
         found = rc.conductance(RESULT, silver, silver, current=voltage / resistance)
         assert found.voltage[0] == pytest.approx(voltage)
         assert found.hottest[0] == pytest.approx(math.hypot(298.15, voltage / 2 / 2.44e-8**0.5))
-        told = [caution for caution in found.cautions if caution.kind == CautionTag.HOT_SPOTS]
-        assert [str(caution.severity) for caution in told] == severities
+        found_caution = [
+            caution for caution in found.cautions if caution.kind == CautionTag.HOT_SPOTS
+        ]
+        assert [str(caution.severity) for caution in found_caution] == severities
     assert np.isnan(rc.conductance(RESULT, silver, silver).voltage).all()
     with pytest.raises(rc.InputError, match="current needs the resistivity of both bodies"):
         rc.conductance(RESULT, rc.Conductor(conductivity=1.0), silver, current=1.0)
@@ -260,12 +262,12 @@ def test_the_scatter_of_the_estimates_is_that_of_the_stored_cases() -> None:
     path = ROOT / "calibration" / "constriction.json"
     cases = json.loads(path.read_text("utf-8"))["cases"]
     assert len(cases) == CASES
-    for name, told in (
+    for name, expected in (
         ("correlation", constriction.CORRELATION_RANGE),
         ("greenwood", GREENWOOD_RANGE),
     ):
         found = np.quantile([case[name] for case in cases], (0.025, 0.975))
-        assert found == pytest.approx(told, abs=0.006)
+        assert found == pytest.approx(expected, abs=0.006)
 
 
 def test_documented_fluids_match_the_catalog() -> None:
@@ -286,10 +288,10 @@ def test_conductance_is_saved_as_csv_and_json(tmp_path: Path) -> None:
     assert head.startswith("load [N],contact_area [m²],saturated_area [m²],spots [1],length [m]")
     assert len(line.split(",")) == len(head.split(","))
     found.save(tmp_path / "joint.json")
-    told = json.loads((tmp_path / "joint.json").read_text("utf-8"))
-    assert told["thermal_conductance"] == found.thermal_conductance.tolist()
-    assert told["body"] == {"name": "copper", "resistivity": 1.7e-8, "conductivity": 400.0}
-    assert told["boundary"] == "periodic"
+    record = json.loads((tmp_path / "joint.json").read_text("utf-8"))
+    assert record["thermal_conductance"] == found.thermal_conductance.tolist()
+    assert record["body"] == {"name": "copper", "resistivity": 1.7e-8, "conductivity": 400.0}
+    assert record["boundary"] == "periodic"
 
 
 def test_correlation_inputs_are_those_of_the_gap_and_the_softer_body() -> None:
@@ -350,13 +352,13 @@ def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFix
     assert "How well do heat and current cross the joint" in text
     assert len((tmp_path / "joint.csv").read_text("utf-8").splitlines()) == 3
     assert app.main([*words[:-2], "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
+    record = json.loads(capsys.readouterr().out)
     steel = rc.catalog.material("42CrMo4")
     contacts = [rc.solve(ROUGH, material=steel, load=w, boundary="periodic") for w in (0.3, 1.0)]
     found = rc.conductance(contacts, "42CrMo4", COPPER, electrical_film=1e-13)
-    assert told["load"] == [0.3, 1.0]
-    assert told["electrical_resistance"] == pytest.approx(found.electrical_resistance, rel=1e-3)
-    assert told["thermal_resistance"] == pytest.approx(found.thermal_resistance, rel=1e-3)
+    assert record["load"] == [0.3, 1.0]
+    assert record["electrical_resistance"] == pytest.approx(found.electrical_resistance, rel=1e-3)
+    assert record["thermal_resistance"] == pytest.approx(found.thermal_resistance, rel=1e-3)
 
 
 def test_invalid_options_are_rejected_in_one_sentence(
@@ -392,8 +394,8 @@ def test_the_calibrated_ceiling_moves_the_interval_of_a_conductance() -> None:
     assert found.calibrated is not None
     (change,) = found.calibrated.numbers
     assert other.steps[-1].length / found.steps[-1].length - 1 == pytest.approx(change)
-    told = found.summary()["interval"]
-    assert told["low"] < found.steps[-1].length * (1 + change) < told["high"]
+    summary = found.summary()["interval"]
+    assert summary["low"] < found.steps[-1].length * (1 + change) < summary["high"]
 
 
 # --- layers, films

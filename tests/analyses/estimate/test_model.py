@@ -326,9 +326,9 @@ def test_profile_and_flat_map_raise_input_error() -> None:
 def test_report_compares_result_with_estimate() -> None:
     surface = rc.Surface(*rc.reference_map(128, 3))
     periodic = rc.solve(surface, material=STEEL, load="500 MPa", boundary="periodic")
-    told = {row.key: row.text for row in rows_of(BY_FORMULA, periodic)}
-    assert "perimeter-corrected, this one is" in told["estimated_contact"]
-    assert "of Sq" in told["estimated_gap"]
+    values = {row.key: row.text for row in rows_of(BY_FORMULA, periodic)}
+    assert "perimeter-corrected, this one is" in values["estimated_contact"]
+    assert "of Sq" in values["estimated_gap"]
     free = rc.solve(surface, material=STEEL, load="500 MPa")
     assert free.estimate is None
     assert rows_of(BY_FORMULA, free) == []
@@ -447,11 +447,11 @@ def test_command_prints_table_and_json(capsys: pytest.CaptureFixture[str], tmp_p
     assert "Mean depth with plastic strain" in out
     assert "plastic volume over area" not in out
     assert app.main([*COMMAND, "--pressure", "200 MPa", "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
+    record = json.loads(capsys.readouterr().out)
     found = estimate_steel(200e6)
-    assert told["contact"] == pytest.approx(found.contact.value)
-    assert told["gap_low"] == pytest.approx(found.gap.low)
-    assert json.loads(written.read_text())["contact_high"] == told["contact_high"]
+    assert record["contact"] == pytest.approx(found.contact.value)
+    assert record["gap_low"] == pytest.approx(found.gap.low)
+    assert json.loads(written.read_text())["contact_high"] == record["contact_high"]
 
 
 def test_command_accepts_map(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -472,8 +472,8 @@ def test_command_accepts_map(capsys: pytest.CaptureFixture[str], tmp_path: Path)
         "--json",
     ]
     assert app.main(["estimate", *arguments]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
-    assert told["Sdq"] == pytest.approx(rc.Surface(heights, pixel).roughness()["Sdq"], rel=1e-3)
+    record = json.loads(capsys.readouterr().out)
+    assert record["Sdq"] == pytest.approx(rc.Surface(heights, pixel).roughness()["Sdq"], rel=1e-3)
     assert app.main(["estimate", *arguments, "--ssk", "0.3"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["Ssk"] == 0.3
 

@@ -166,9 +166,9 @@ def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFix
     shown = capsys.readouterr().out
     assert all(text in shown for text in ("5 % in contact", "10 % in contact", "approach 300 nm"))
     assert app.main([*words, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
+    record = json.loads(capsys.readouterr().out)
     found = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.1], approach=300e-9)
-    assert [one["load"] for one in told["answers"]] == pytest.approx(
+    assert [one["load"] for one in record["answers"]] == pytest.approx(
         [answer.load for answer in found.answers], rel=1e-5
     )
     head, *lines = (tmp_path / "loads.csv").read_text(encoding="utf-8").splitlines()
@@ -178,7 +178,7 @@ def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFix
         "contact_fraction",
         "approach",
     ]
-    assert float(lines[2].split(",")[3]) == told["answers"][2]["load"]
+    assert float(lines[2].split(",")[3]) == record["answers"][2]["load"]
     assert app.main([*words[:-6], "--mean-gap", "1 m"]) == app.BAD_INPUT
     assert "--mean-gap must be below" in capsys.readouterr().err
     assert app.main(words[:-6]) == app.BAD_INPUT

@@ -112,11 +112,11 @@ def run_calculix(folder: Path, branch: str, overclosures: list[float]) -> list[t
     done = subprocess.run(
         ["ccx", "blocks"], cwd=folder, capture_output=True, text=True, timeout=120, check=False
     )
-    told = (folder / "blocks.dat").read_text(encoding="ascii")
-    forces = re.findall(r"total force.*?\n\n(.*)\n", told)
-    moved = re.findall(r"displacements.*?\n\n((?:.*\n){16})", told)
+    text = (folder / "blocks.dat").read_text(encoding="ascii")
+    forces = re.findall(r"total force.*?\n\n(.*)\n", text)
+    moved = re.findall(r"displacements.*?\n\n((?:.*\n){16})", text)
     assert "Job finished" in done.stdout, done.stdout[-500:]
-    times = re.findall(r"total force .* time\s+(\S+)", told)
+    times = re.findall(r"total force .* time\s+(\S+)", text)
     ends = {int(float(time)): number for number, time in enumerate(times) if float(time) % 1 == 0}
     found = []
     for number in range(1, len(overclosures) + 1):
@@ -136,9 +136,9 @@ def test_two_blocks_give_the_table_back(branch: str, tmp_path: Path) -> None:
     asked = np.geomspace(25e6, 0.95e9, 9)
     closed = (curve.first_touch - curve.separation_at(asked)) * 1e3
     given = closed + 2 * asked * 1e-6 / 210e3
-    told = run_calculix(tmp_path, branch, given.tolist())
-    assert len(told) == asked.size
-    for (overclosure, pressure), p, wanted in zip(told, asked * 1e-6, closed, strict=True):
+    output = run_calculix(tmp_path, branch, given.tolist())
+    assert len(output) == asked.size
+    for (overclosure, pressure), p, wanted in zip(output, asked * 1e-6, closed, strict=True):
         assert overclosure == pytest.approx(wanted, rel=0.01)
         # The law itself at the overclosure that came out, to the 1 % of the table.
         low, high = 0.5 * p, 2 * p

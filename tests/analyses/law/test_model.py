@@ -191,8 +191,8 @@ def test_each_branch_has_conductance_of_its_contacts() -> None:
     for branch, solved_ones in ((LOADING, CONTACTS), (UNLOADING, AGAIN)):
         each = [rc.conductance(one, *bodies).thermal_conductance for one in solved_ones]
         assert LAW.thermal_conductance(branch) == pytest.approx(np.mean(each, axis=0), rel=1e-6)
-        told = [step.thermal_conductance for step in LAW.branch_steps(branch)]
-        assert told == LAW.thermal_conductance(branch).tolist()
+        lines = [step.thermal_conductance for step in LAW.branch_steps(branch)]
+        assert lines == LAW.thermal_conductance(branch).tolist()
         table = LAW.table(branch)
         assert table.thermal_conductance[0] == 0
         between = np.interp(PRESSURES, table.pressure, table.thermal_conductance)
@@ -253,8 +253,8 @@ def test_decks_hold_the_table_in_their_units(tmp_path: Path) -> None:
             assert conductance[0].tolist() == [0.0, 0.0]
             assert conductance[-1, 0] == pytest.approx(own[-1] * 1e-3)
             p = np.array(PRESSURES) * 1e-6
-            told = np.interp(p, conductance[:, 1], conductance[:, 0])
-            assert told == pytest.approx(own * 1e-3, rel=0.011)
+            result = np.interp(p, conductance[:, 1], conductance[:, 0])
+            assert result == pytest.approx(own * 1e-3, rel=0.011)
 
 
 def apdl_tables(text: str) -> dict[str, np.ndarray]:
@@ -281,11 +281,11 @@ def test_the_deck_for_ansys_gives_the_pressure_of_the_law(tmp_path: Path) -> Non
         gap, secant = found[f"ROUGH_{branch.upper()}_FKN"].T
         pressure = np.geomspace(PRESSURES[0], PRESSURES[-1], 50)
         closure = 1e3 * (curve.first_touch - curve.separation_at(pressure))
-        told = -np.interp(closure, gap, secant) * closure
-        assert told == pytest.approx(pressure * 1e-6, rel=0.015)
+        result = -np.interp(closure, gap, secant) * closure
+        assert result == pytest.approx(pressure * 1e-6, rel=0.015)
         own, conductance = found[f"ROUGH_{branch.upper()}_TCC"].T
-        told = np.interp(np.array(PRESSURES) * 1e-6, own, conductance)
-        assert told == pytest.approx(law.thermal_conductance(branch) * 1e-3, rel=0.011)
+        result = np.interp(np.array(PRESSURES) * 1e-6, own, conductance)
+        assert result == pytest.approx(law.thermal_conductance(branch) * 1e-3, rel=0.011)
         own, slopes = found[f"ROUGH_{branch.upper()}_FKT"].T
         steps = law.branch_steps(branch)
         assert -slopes == pytest.approx([step.tangential_stiffness * 1e-9 for step in steps])
@@ -318,8 +318,8 @@ def test_the_functions_for_moose_are_the_law_in_si_units(tmp_path: Path) -> None
             assert y == pytest.approx(table.pressure)
             assert x == pytest.approx(table.separation[0] - table.separation, abs=1e-15)
         else:
-            told = np.interp(PRESSURES, x, y)
-            assert told == pytest.approx(getattr(LAW, name)(branch), rel=0.011)
+            result = np.interp(PRESSURES, x, y)
+            assert result == pytest.approx(getattr(LAW, name)(branch), rel=0.011)
 
 
 def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
@@ -340,14 +340,14 @@ def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
     assert (tmp_path / "bare.csv").read_text("utf-8").splitlines()[0].endswith("fraction [1]")
 
     LAW.save(tmp_path / "law.json")
-    told = json.loads((tmp_path / "law.json").read_text("utf-8"))
-    assert told["branches"]["loading"]["pressure"] == pytest.approx(PRESSURES)
-    assert told["tables"]["unloading"]["error"] == 0.01
-    assert told["thermal_conductance"] == pytest.approx(LAW.conductance)
+    record = json.loads((tmp_path / "law.json").read_text("utf-8"))
+    assert record["branches"]["loading"]["pressure"] == pytest.approx(PRESSURES)
+    assert record["tables"]["unloading"]["error"] == 0.01
+    assert record["thermal_conductance"] == pytest.approx(LAW.conductance)
     for branch in LAW.branches:
-        own = told["branches"][branch]["thermal_conductance"]
+        own = record["branches"][branch]["thermal_conductance"]
         assert own == pytest.approx(LAW.thermal_conductance(branch))
-        assert told["tables"][branch]["thermal_conductance"][-1] == pytest.approx(own[-1])
+        assert record["tables"][branch]["thermal_conductance"][-1] == pytest.approx(own[-1])
 
     LAW.save(tmp_path / "law.npz")
     with np.load(tmp_path / "law.npz") as held:
@@ -440,9 +440,9 @@ def test_command_prints_draws_and_writes(
     assert "*GAP CONDUCTANCE" in Path(out[0]).read_text("ascii")
     assert (tmp_path / "law.png").stat().st_size > 1000
     assert app.main([*command(tmp_path), "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
+    record = json.loads(capsys.readouterr().out)
     steel = rc.catalog.material("42CrMo4")
-    pressures = told["branches"]["loading"]["pressure"]
+    pressures = record["branches"]["loading"]["pressure"]
     contacts = (
         rc.solve(surface, material=steel, load=rc.NominalPressure(p), boundary="periodic")
         for surface in MAPS
@@ -451,9 +451,9 @@ def test_command_prints_draws_and_writes(
     law = rc.interface_law(contacts)
     for name in ("separation", "contact_fraction", "separation_half"):
         own = [getattr(step, name) for step in law.steps]
-        assert told["branches"]["loading"][name] == pytest.approx(own, rel=1e-3)
-    assert set(told["branches"]) == {LOADING, UNLOADING}
-    assert told["maps"] == ["map0.npy", "map1.npy"]
+        assert record["branches"]["loading"][name] == pytest.approx(own, rel=1e-3)
+    assert set(record["branches"]) == {LOADING, UNLOADING}
+    assert record["maps"] == ["map0.npy", "map1.npy"]
 
 
 def test_invalid_options_are_rejected_in_one_sentence(
@@ -492,8 +492,8 @@ def test_project_runs_law(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     )
     project.write_text(text, encoding="utf-8")
     assert app.main(["run", str(project), "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)["contacts"][0]["told"]
-    assert len(told["branches"]["loading"]["pressure"]) == 2
+    record = json.loads(capsys.readouterr().out)["contacts"][0]["summary"]
+    assert len(record["branches"]["loading"]["pressure"]) == 2
     assert "ROUGH_LOADING" in (tmp_path / "out" / "joint.inp").read_text("ascii")
     project.write_text(re.sub(r"files = .*\n", "", text), encoding="utf-8")
     assert app.main(["run", str(project)]) == app.BAD_INPUT

@@ -124,9 +124,11 @@ def test_unloading_starts_where_loading_ended_and_meets_the_history() -> None:
     path = [p * area for p in (600e6, 300e6, 100e6)]
     history = load_history(surface, path, material=SOFT, boundary="periodic")
     first_touch = law.maps[0].first_touch
-    for step, told in zip(history.steps, down[::-1], strict=True):
-        assert told.separation == pytest.approx(first_touch - step.approach, abs=1e-5 * first_touch)
-        assert told.contact_fraction == pytest.approx(step.contact_area / area, rel=0.02)
+    for step, expected in zip(history.steps, down[::-1], strict=True):
+        assert expected.separation == pytest.approx(
+            first_touch - step.approach, abs=1e-5 * first_touch
+        )
+        assert expected.contact_fraction == pytest.approx(step.contact_area / area, rel=0.02)
 
 
 @pytest.mark.slow
@@ -143,13 +145,13 @@ def test_inside_its_rim_a_free_map_has_the_law_of_a_periodic_one(ratio: float) -
     p = np.array([one.pressure[inside.window].mean() for one in around])
     u = np.array([one.gap[inside.window].mean() for one in around])
     nominal = np.array([30e6, 300e6, 1e9, 3e9])
-    told = np.interp(-inside.column(LOADING, "separation"), -u, np.log(p))
-    assert inside.column(LOADING, "pressure") == pytest.approx(np.exp(told), rel=0.03)
+    result = np.interp(-inside.column(LOADING, "separation"), -u, np.log(p))
+    assert inside.column(LOADING, "pressure") == pytest.approx(np.exp(result), rel=0.03)
     # The edges carry more: at 3 GPa the inside has some 0.7 of the nominal pressure.
     assert (inside.column(LOADING, "pressure") / nominal)[-1] < 0.85
     stiffness = np.array([local_stiffness(one, inside.window)[0] for one in around])
-    told = np.interp(np.log(inside.column(LOADING, "pressure")), np.log(p), np.log(stiffness))
-    assert inside.column(LOADING, "stiffness") == pytest.approx(np.exp(told), rel=0.05)
+    result = np.interp(np.log(inside.column(LOADING, "pressure")), np.log(p), np.log(stiffness))
+    assert inside.column(LOADING, "stiffness") == pytest.approx(np.exp(result), rel=0.05)
 
 
 @pytest.mark.long

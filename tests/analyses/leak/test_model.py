@@ -180,8 +180,10 @@ def test_a_fluid_that_carries_the_load_opens_the_gap() -> None:
     for difference, carried in (("1 bar", 5e4), ("200 bar", 1e7)):
         found = rc.leakage(RESULT, viscosity=1e-3, pressure_difference=difference)
         assert found.fluid_share[0] == near(carried * area / 1.0)
-        told = [caution for caution in found.cautions if caution.kind == CautionTag.FLUID_PRESSURE]
-        assert bool(told) == (found.fluid_share[0] > MIN_FLUID_SHARE)
+        found_caution = [
+            caution for caution in found.cautions if caution.kind == CautionTag.FLUID_PRESSURE
+        ]
+        assert bool(found_caution) == (found.fluid_share[0] > MIN_FLUID_SHARE)
     # Solved under what the fluid leaves, the loads are the whole ones again.
     fluid = carried * area
     rest = rc.solve(ROUGH, material=STEEL, load=1.0 - fluid, boundary="periodic")
@@ -277,11 +279,11 @@ def test_leakage_is_saved_as_csv_and_json(tmp_path: Path) -> None:
     assert "permeability_y [m³],flow_factor_y [1],critical_gap_y [m],leak_rate_y [m³/s]" in head
     assert len(line.split(",")) == len(head.split(","))
     found.save(tmp_path / "leak.json")
-    told = json.loads((tmp_path / "leak.json").read_text("utf-8"))
-    assert told["leak_rate_x"] == found.rate(1).tolist()
-    assert told["permeability_tensor"][0][0][1] == near(told["permeability_yx"][0])
-    assert told["sealing"]["viscosity"] == 1e-3
-    assert told["boundary"] == "periodic"
+    record = json.loads((tmp_path / "leak.json").read_text("utf-8"))
+    assert record["leak_rate_x"] == found.rate(1).tolist()
+    assert record["permeability_tensor"][0][0][1] == near(record["permeability_yx"][0])
+    assert record["sealing"]["viscosity"] == 1e-3
+    assert record["boundary"] == "periodic"
 
 
 def command(path: Path, *more: str) -> list[str]:
@@ -326,13 +328,13 @@ def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFix
     assert "How much leaks past" in (tmp_path / "leak.html").read_text("utf-8")
     assert len((tmp_path / "leak.csv").read_text("utf-8").splitlines()) == 3
     assert app.main([*words[:-2], "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
+    record = json.loads(capsys.readouterr().out)
     steel = rc.catalog.material("42CrMo4")
     contacts = [rc.solve(ROUGH, material=steel, load=w, boundary="periodic") for w in (0.3, 1.0)]
     found = rc.leakage(contacts, **WATER, seal_width=20e-3, seal_length=2e-3)
-    assert told["load"] == [0.3, 1.0]
-    assert told["leak_rate_y"] == near(found.rate(0), rel=1e-3)
-    assert told["coarser"]["pixel"] == near(2 * ROUGH.pixel[0])
+    assert record["load"] == [0.3, 1.0]
+    assert record["leak_rate_y"] == near(found.rate(0), rel=1e-3)
+    assert record["coarser"]["pixel"] == near(2 * ROUGH.pixel[0])
 
 
 def test_bracket_shows_both_ceilings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -406,17 +408,17 @@ def test_the_command_opens_the_gap_by_the_pressure_of_a_gas(
     for text in ("Helium leaks", "No leak class", "sccm", "(included)"):
         assert text in shown
     assert app.main([*words, "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)
+    record = json.loads(capsys.readouterr().out)
     mean = 2 / 3 * (100**3 - 1) / (100**2 - 1) * 1e5 - 1e5
-    assert told["fluid_share"] == [near(mean / 30e6, rel=1e-3)]
+    assert record["fluid_share"] == [near(mean / 30e6, rel=1e-3)]
     steel = rc.catalog.material("42CrMo4")
     load = 0.3 - mean * 1e-8
     rest = rc.solve(ROUGH, material=steel, load=load, boundary="periodic")
     found = rc.leakage(
         rest, gas="helium", inlet=1e7, outlet=1e5, ring=0.04, seal_length=2e-3, flow_axis="x"
     )
-    assert told["load"] == [near(0.3, rel=1e-3)]
-    assert told["throughput_x"] == near(found.throughput(1), rel=1e-3)
+    assert record["load"] == [near(0.3, rel=1e-3)]
+    assert record["throughput_x"] == near(found.throughput(1), rel=1e-3)
     words[words.index("30 MPa")] = "5 MPa"
     assert app.main(words) == app.BAD_INPUT
     assert "lifts the bodies" in capsys.readouterr().err

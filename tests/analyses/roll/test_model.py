@@ -98,9 +98,9 @@ def test_equal_rolling_bodies_yield_equally() -> None:
 def test_path_appears_in_listing_report_and_script(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
     result = line.solved([line.at(x, 0.1, 180.0) for x in (0, 3)], None, "single", 1e-3)
-    told = str(presentation_of(result).listing(brief=True))
-    assert "moved along x" in told
-    assert "180 degree" in told
+    text = str(presentation_of(result).listing(brief=True))
+    assert "moved along x" in text
+    assert "180 degree" in text
     result.report(tmp_path / "out.html")
     page = (tmp_path / "out.html").read_text("utf-8")
     assert "traction 0.1 of the pressure" in page
@@ -173,8 +173,8 @@ def test_reciprocating_elastic_pass_has_expected_offsets() -> None:
     line = Line(1.5, half_width=5, points=40)
     found = roll_line(line, 2, steps=3, reciprocating=True, friction=0.1, travel="9 um")
     assert found.shakedown is Shakedown.ELASTIC
-    told = [(round(s.offset[1] * 1e6), s.direction) for s in found.result.increments]
-    assert told == [(0, 0), (3, 0), (6, 0), (6, 180), (3, 180), (0, 180)]
+    lines = [(round(s.offset[1] * 1e6), s.direction) for s in found.result.increments]
+    assert lines == [(0, 0), (3, 0), (6, 0), (6, 180), (3, 180), (0, 180)]
 
 
 @pytest.mark.parametrize(
@@ -325,12 +325,12 @@ def test_separate_dents_are_not_resolved(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("steps", "told"), [(16, None), (10, Severity.CAUTION)])
-def test_steps_above_half_the_half_width_give_caution(steps, told) -> None:
+@pytest.mark.parametrize(("steps", "expected"), [(16, None), (10, Severity.CAUTION)])
+def test_steps_above_half_the_half_width_give_caution(steps, expected) -> None:
     found = cautions_of(roll_line(Line(3.7, half_width=4, points=32), 1, steps=steps))
     assert (
-        found[CautionTag.STEP_LENGTH].severity if told else found.get(CautionTag.STEP_LENGTH)
-    ) is told
+        found[CautionTag.STEP_LENGTH].severity if expected else found.get(CautionTag.STEP_LENGTH)
+    ) is expected
     assert CautionTag.ROLLING_PIXEL not in found
 
 

@@ -59,9 +59,9 @@ def test_a_stopped_path_ends_with_the_same_bits(stop: int, tmp_path: Path) -> No
     with pytest.raises(StopError):
         solve_path(PATH, folder=tmp_path, progress=stopping_at(stop))
     assert {file.name for file in tmp_path.iterdir()} == {"latest.nc", "volume.json"}
-    told: list[Progress] = []
-    assert bits(solve_path(PATH, folder=tmp_path, progress=told.append)) == bits(whole)
-    assert (told[0].number, told[0].kept) == (stop - 1, True)
+    messages: list[Progress] = []
+    assert bits(solve_path(PATH, folder=tmp_path, progress=messages.append)) == bits(whole)
+    assert (messages[0].number, messages[0].kept) == (stop - 1, True)
     assert {file.name for file in tmp_path.iterdir()} == {"step-0005.nc", "volume.json"}
     assert bits(rc.read_result(tmp_path / "step-0005.nc")) == bits(whole)
     # Nothing is solved again.

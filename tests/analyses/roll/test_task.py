@@ -162,14 +162,14 @@ def test_passes_are_loaded_as_they_were_saved(
 def test_json_and_csv_match_result(found: rc.results.RollingResult, folder: Path) -> None:
     found.save(folder / "out.json")
     found.save(folder / "out.csv")
-    told = json.loads((folder / "out.json").read_text())
-    assert told["shakedown"] == str(found.shakedown)
-    assert told["each"]["strain_added"] == [one.strain_added for one in found.passes]
-    assert told["volume"]["max_plastic_strain"] == found.result.max_plastic_strain
-    assert len(told["shear_over_depth"][0]) == len(told["depth"])
+    record = json.loads((folder / "out.json").read_text())
+    assert record["shakedown"] == str(found.shakedown)
+    assert record["each"]["strain_added"] == [one.strain_added for one in found.passes]
+    assert record["volume"]["max_plastic_strain"] == found.result.max_plastic_strain
+    assert len(record["shear_over_depth"][0]) == len(record["depth"])
     head, *rows = (folder / "out.csv").read_text().splitlines()
     assert head.startswith("number [1],strain_added [1],strain_net [1],largest_shear [1]")
-    assert [float(row.split(",")[1]) for row in rows] == told["each"]["strain_added"]
+    assert [float(row.split(",")[1]) for row in rows] == record["each"]["strain_added"]
 
 
 @pytest.mark.slow

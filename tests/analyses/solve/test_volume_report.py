@@ -201,16 +201,16 @@ def test_small_deformations_are_checked(pressed) -> None:
 
 
 def test_perfect_plasticity_and_short_tables_give_cautions(pressed, released) -> None:
-    told = cautions(with_material(pressed, yield_strength=1656e6))
-    assert told[CautionTag.PIXEL_SCATTER].severity is Severity.NOTE
+    result = cautions(with_material(pressed, yield_strength=1656e6))
+    assert result[CautionTag.PIXEL_SCATTER].severity is Severity.NOTE
     assert CautionTag.PIXEL_SCATTER not in cautions(with_material(released, yield_strength=1656e6))
     body = pressed.bodies[0]
     for last, short in ((0.005, True), (0.5, False)):
         law = Tabulated((0.0, last), (1.6e9, 3e9))
         material = dataclasses.replace(body.material, hardening=law, yield_strength=None)
         changed = dataclasses.replace(body, material=material)
-        told = cautions(dataclasses.replace(pressed, bodies=(changed,)))
-        assert (CautionTag.HARDENING_RANGE in told) is short
+        result = cautions(dataclasses.replace(pressed, bodies=(changed,)))
+        assert (CautionTag.HARDENING_RANGE in result) is short
 
 
 def test_yield_on_unloading_gives_caution(pressed, released) -> None:

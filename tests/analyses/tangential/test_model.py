@@ -106,11 +106,11 @@ def test_constants_of_unlike_bodies() -> None:
     assert shear_strength(contact()) == pytest.approx(1e9 / np.sqrt(3))
 
 
-@pytest.mark.parametrize(("counter", "told"), [("steel", False), ("rigid", True)])
-def test_coupling_of_unlike_bodies_has_a_caution(counter: str, told: bool) -> None:
+@pytest.mark.parametrize(("counter", "expected"), [("steel", False), ("rigid", True)])
+def test_coupling_of_unlike_bodies_has_a_caution(counter: str, expected: bool) -> None:
     result = rc.tangential(contact(counter), friction=0.15, force=0.05)
     kinds = {caution.kind for caution in result.cautions}
-    assert ("unlike-bodies" in kinds) is told
+    assert ("unlike-bodies" in kinds) is expected
     assert "junction-growth" in kinds
 
 
@@ -184,9 +184,9 @@ def test_the_command_writes_and_prints(
     plain = words[:2] + words[4:]
     capsys.readouterr()
     assert app.main([*plain, "--stages", "0.5 N: 20 mN, 1 N: 0.05 N, 100 MPa: -0.05 N"]) == 0
-    told = capsys.readouterr().out
-    assert "500 mN  20 mN" in told
-    assert "1 N     −50 mN" in told
+    output = capsys.readouterr().out
+    assert "500 mN  20 mN" in output
+    assert "1 N     −50 mN" in output
     for stages in ("1 N", "1 N: 1 m", "1: 1 N"):
         assert app.main([*plain, "--stages", stages]) == 2
         assert "--stages" in capsys.readouterr().err

@@ -11,14 +11,14 @@ const at = (source, name) => {
 const show = (value, unit) =>
   value == null || Number.isNaN(value) ? "–" : `${Number(value.toPrecision(4))} ${unit}`
 const share = (value) => `${Number((100 * value).toPrecision(3))} %`
-if (heights.data.told.length == 0) return
-const told = heights.data.told[0], [by, bx] = told.cell, exact = by == 1 && bx == 1
-const value = (source, name) => show(at(source, name), source.data.told[0]?.unit)
+if (heights.data.display.length == 0) return
+const display = heights.data.display[0], [by, bx] = display.cell, exact = by == 1 && bx == 1
+const value = (source, name) => show(at(source, name), source.data.display[0]?.unit)
 const rows = [
-  ["x, y", `${Number(x.toPrecision(5))}, ${Number(y.toPrecision(5))} ${told.length}`],
+  ["x, y", `${Number(x.toPrecision(5))}, ${Number(y.toPrecision(5))} ${display.length}`],
   [exact ? "height" : "mean height", value(heights, "heights")],
 ]
-if (contact.data.told.length) {
+if (contact.data.display.length) {
   const touching = at(contact, "touching"), saturated = at(contact, "saturated")
   const missing = at(contact, "missing")
   rows.push([exact ? "pressure" : "largest pressure", value(pressure, "pressure")],

@@ -9,9 +9,9 @@ function send(model, file, show) {
   request.upload.onprogress = (at) => show(at.loaded / at.total);
   request.onloadend = () => {
     show(null);
-    let told = { error: "the file did not reach the program; is it still running?" };
-    try { told = JSON.parse(request.responseText); } catch (error) { }
-    model.arrived = { ...told, number: model.count = model.count + 1 };
+    let answer = { error: "the file did not reach the program; is it still running?" };
+    try { answer = JSON.parse(request.responseText); } catch (error) { }
+    model.arrived = { ...answer, number: model.count = model.count + 1 };
   };
   request.send(file);
 }
