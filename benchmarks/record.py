@@ -159,10 +159,13 @@ def worker(name: str, points: int = 0, device: str = "") -> None:
     task = make(points, **options)
     before = peak_memory()
     began = time.perf_counter()
-    task()
+    result = task()
     seconds = time.perf_counter() - began
     whole = peak_memory()
-    print(json.dumps({"seconds": seconds, "above": whole - before, "whole": whole}))
+    row = {"seconds": seconds, "above": whole - before, "whole": whole}
+    if isinstance(result, rc.ContactResult):
+        row |= {"convolutions": result.convolutions, "certificate": result.certificate}
+    print(json.dumps(row))
 
 
 def measure_task(name: str, repeats: int, pairs: list[float]) -> dict[str, float]:
@@ -205,7 +208,11 @@ def compare_device(device: str, largest: int) -> None:
     while points <= largest:
         for name in (device, "cpu"):
             answer = run_worker(__file__, "solve", points, name)
-            print(f"{name:5s} {points:5d}² {answer['seconds']:8.3f} s {answer['above']:8.0f} MB")
+            print(
+                f"{name:5s} {points:5d}² {answer['seconds']:8.3f} s {answer['above']:8.0f} MB "
+                f"{answer['convolutions']:3d} convolutions, ε = {answer['certificate']:.1e}",
+                flush=True,
+            )
         points *= 2
 
 

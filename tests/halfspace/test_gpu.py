@@ -1,4 +1,4 @@
-"""The operator on a device, here that of PyTorch for processors; errors need no PyTorch."""
+"""The operator on a device, a GPU or PyTorch's processor; errors need no PyTorch."""
 
 import shlex
 import sys
@@ -24,12 +24,14 @@ COATED = Material(
 COMMAND = "solve --body 'sphere 1 mm' --points 24 --size '60 um' --material 100Cr6 --load '1 N'"
 
 
-@pytest.fixture
-def torch(monkeypatch):
-    """PyTorch, whose processor takes the place of the GPU; one thread for small maps."""
+@pytest.fixture(params=["cpu", "cuda"])
+def torch(request, monkeypatch):
+    """PyTorch on a GPU, and on a processor in its place; one thread for small maps."""
     result = pytest.importorskip("torch")
+    if request.param == "cuda" and not result.cuda.is_available():
+        pytest.skip("PyTorch finds no CUDA device")
     result.set_num_threads(1)
-    monkeypatch.setattr(gpu, "_find_device", lambda name: result.device("cpu"))
+    monkeypatch.setattr(gpu, "_find_device", lambda name: result.device(request.param))
     return result
 
 
@@ -190,16 +192,3 @@ def test_command_solves_on_device(torch, monkeypatch, capsys):
     assert app.main(shlex.split(f"{COMMAND} --device cuda --json")) == 0
     assert made
     assert '"converged": true' in capsys.readouterr().out
-
-
-@pytest.mark.gpu
-def test_cuda_solve_keeps_certificate_and_convolutions():
-    torch = pytest.importorskip("torch")
-    if not torch.cuda.is_available():
-        pytest.skip("no CUDA device")
-    surface = rc.Surface(*rc.reference_map(256))
-    host, device = (
-        rc.solve(surface, material=STEEL, load=1.0, device=name) for name in ("cpu", "cuda")
-    )
-    assert device.certificate <= 1e-6
-    assert device.convolutions == host.convolutions
