@@ -576,16 +576,20 @@ def _check_ceiling(result: ContactResult) -> Caution | None:
     too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * answer.ceiling
     if not (too_high or too_low):
         return None
-    change = calibrated_area_change(result, answer)
-    excess = ceiling / answer.ceiling - 1
-    return (as_caution if abs(change) >= CAUTION_AREA_CHANGE else as_note)(
+    change, calibrated = calibrated_area_change(result, answer), answer.ceiling
+    # The severity is that of the rule: the same in every command, with and without a second solve.
+    severity = as_caution if abs(change) >= CAUTION_AREA_CHANGE else as_note
+    if (other := result.calibrated) is not None and not other.is_of_base:
+        change, calibrated = other.contact_area / result.contact_area - 1, other.ceiling
+    excess = ceiling / calibrated - 1
+    return severity(
         CautionTag.CEILING,
         f"Ceiling {format_engineering(ceiling, 'Pa', 3)} is {100 * abs(excess):.0f} % "
         f"{('above' if excess > 0 else 'below')} the calibrated one, which gives "
         f"{100 * abs(change):.2g} % {('more' if change > 0 else 'less')} contact area. Use "
         f"{ArgumentRef('ceiling', CALIBRATED)}.",
         area_change=change,
-        recommended_ceiling=answer.ceiling,
+        recommended_ceiling=calibrated,
         load_ratio=answer.load_ratio,
     )
 
