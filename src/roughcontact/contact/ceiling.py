@@ -395,7 +395,8 @@ def _contact_slope(result: ContactResult) -> float:
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     pixel = result.surface.pixel
     # Height differences of a tilted flat that are due to rounding.
-    rounding = _ROUNDING * sum(float(np.nanmax(np.abs(b.heights))) for b in bodies) / min(pixel)
+    largest = (max(np.nanmax(body.heights), -np.nanmin(body.heights)) for body in bodies)
+    rounding = _ROUNDING * float(sum(largest)) / min(pixel)
     gap, spot = result.initial_gap, label[places]
     if not spot.size:
         return 0.0

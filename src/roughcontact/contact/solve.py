@@ -215,7 +215,10 @@ def add_calibrated(
         precision=first.precision,
     )
     other = _under_base(first, terms, watch) if bracket else _solve_calibrated(first, terms, watch)
-    return replace(first, calibrated=other)
+    result = replace(first, calibrated=other)
+    # Its spots and totals are those of the first solve.
+    vars(result).update({n: v for n, v in vars(first).items() if n in ("_spots", "totals")})
+    return result
 
 
 def solve_pair(

@@ -52,9 +52,9 @@ class Spots:
 def find_spots(pressure: Array, pixel: Pixel, periodic_axes: tuple[int, ...] = ()) -> Spots:
     """Return the connected parts of the contact."""
     require_pixel(pixel)
-    touching = pressure > 0
-    run, lengths = _label_runs(touching)
-    first, second = _adjacent_runs(run, lengths.size, periodic_axes)
+    touching = np.flatnonzero(pressure > 0)
+    run, lengths = _label_runs(touching, pressure.shape)
+    first, second = _adjacent_runs(touching, run, periodic_axes)
     number = _merge_groups(lengths.size, first, second)
     count = int(number.max(initial=-1)) + 1
     pixels = np.bincount(number, lengths, count).astype(np.intp)
@@ -63,7 +63,7 @@ def find_spots(pressure: Array, pixel: Pixel, periodic_axes: tuple[int, ...] = (
     rank[order] = np.arange(count)
     spot = rank[number]
     label = np.concatenate([[0], spot + 1]).astype(np.int32)[run]
-    pressures = pressure[touching]
+    pressures = pressure.ravel()[touching]
     sums = np.bincount(np.repeat(spot, lengths), pressures, count)
     peaks = np.zeros(count)
     if lengths.size:
@@ -79,26 +79,29 @@ def find_spots(pressure: Array, pixel: Pixel, periodic_axes: tuple[int, ...] = (
 # although most are not in contact.
 
 
-def _label_runs(touching: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+def _label_runs(
+    touching: NDArray[np.intp], shape: tuple[int, ...]
+) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
     """Return a map of the numbers of runs along x, from 1, and the lengths of the runs."""
-    edges = np.diff(touching.astype(np.int8), axis=1, prepend=0, append=0)
-    lengths = np.nonzero(edges < 0)[1] - np.nonzero(edges > 0)[1]
-    run = np.zeros(touching.shape, np.int32)
-    run[touching] = np.repeat(np.arange(1, lengths.size + 1, dtype=np.int32), lengths)
-    return run, lengths
+    begins = (np.diff(touching, prepend=-2) != 1) | (touching % shape[1] == 0)
+    run = np.zeros(shape, np.int32)
+    run.ravel()[touching] = np.cumsum(begins, dtype=np.int32)
+    return run, np.diff(np.flatnonzero(begins), append=touching.size)
 
 
 def _adjacent_runs(
-    run: NDArray[np.int32], count: int, periodic_axes: tuple[int, ...]
+    touching: NDArray[np.intp], run: NDArray[np.int32], periodic_axes: tuple[int, ...]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the pairs of runs, from 0, that share an edge of a pixel."""
-    first = np.concatenate([run[:-1].ravel(), *(run.take(0, axis) for axis in periodic_axes)])
-    second = np.concatenate([run[1:].ravel(), *(run.take(-1, axis) for axis in periodic_axes)])
+    number, width = run.ravel(), run.shape[1]
+    lower = touching[touching >= width]
+    first = np.concatenate([number[lower - width], *(run.take(0, axis) for axis in periodic_axes)])
+    second = np.concatenate([number[lower], *(run.take(-1, axis) for axis in periodic_axes)])
     meet = (first > 0) & (second > 0)
-    pairs = first[meet].astype(np.int64) * (count + 1) + second[meet]
+    first, second = first[meet].astype(np.int64) - 1, second[meet].astype(np.int64) - 1
     # Two runs meet in many consecutive pixels.
-    pairs = pairs[np.diff(pairs, prepend=-1) != 0]
-    return pairs // (count + 1) - 1, pairs % (count + 1) - 1
+    other = (np.diff(first, prepend=-1) != 0) | (np.diff(second, prepend=-1) != 0)
+    return first[other], second[other]
 
 
 def _merge_groups(
@@ -183,11 +186,11 @@ def _count_rim(boundary: Boundary, touching: NDArray[np.bool_], elastic: NDArray
 def _edge_load(boundary: Boundary, pressure: Array) -> float | None:
     if not boundary.free_axes:
         return None
+    if not any((pressure.take([0, -1], axis) > 0).any() for axis in boundary.free_axes):
+        return None
     inner = pressure[
         tuple(slice(1, -1) if axis in boundary.free_axes else slice(None) for axis in (0, 1))
     ]
-    if np.count_nonzero(inner > 0) == np.count_nonzero(pressure > 0):
-        return None
     return max(1 - float(inner.sum()) / float(pressure.sum()), 0.0)
 
 
