@@ -18,9 +18,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import Material, contact_modulus, softer_material
-from roughcontact.report import phrases
 from roughcontact.report.kind import Cells
 from roughcontact.report.phrases import is_rigid
 from roughcontact.surface.provenance import Provenance
@@ -136,12 +134,7 @@ def _slope(case: Case) -> str:
 def _half_spaces(case: Case) -> str:
     names = ("the body", "the counter-body")
     rigid = [name for name, body in zip(names, case.bodies, strict=True) if is_rigid(body)]
-    deforms = "both bodies deform" if not rigid else f"{rigid[0]} is rigid"
-    largest = ""
-    if case.contact is not None and not case.is_profile and case.contact.spots().count:
-        spot = math.sqrt(float(case.contact.spots().area[0]))
-        largest = f"; the largest spot is about {format_engineering(spot, 'm', 2)} wide"
-    return f"{deforms}{largest}"
+    return "both bodies deform" if not rigid else f"{rigid[0]} is rigid"
 
 
 def _boundary_text(case: Case) -> str:
@@ -161,17 +154,12 @@ def _periodic(case: Case) -> bool:
 
 
 def _ceiling(case: Case) -> str:
-    text = phrases.ceiling_text(
-        case.ceiling,
-        *case.bodies,
-        agreed=None if case.contact is None else case.contact.calibration,
-    )
     if not case.reached:
-        return f"{text}; no point reaches it"
+        return "no point reaches it"
     body = softer_material(*case.bodies)
     if body is None or body.yield_strength is None or math.isnan(case.slope):
-        return text
-    return f"{text}; E*h′/σ_Y = {case.modulus * case.slope / body.yield_strength:.3g}"
+        return "some points reach it"
+    return f"some points reach it; E*h′/σ_Y = {case.modulus * case.slope / body.yield_strength:.3g}"
 
 
 def _yields(case: Case) -> bool:
@@ -188,19 +176,11 @@ def _counter_body(case: Case) -> bool:
 
 def _grid(case: Case) -> str:
     pixel = format_lengths([float(f"{edge:.3g}") for edge in case.pixel[case.is_profile :]])
-    contact = case.contact
-    if contact is None:
-        return f"pixel {pixel} at most"
-    if not contact.load:
+    if case.contact is None or not case.contact.load:
         return f"pixel {pixel}"
-    pixels = load_bearing_spot_pixels(contact, contact.spots())
+    pixels = load_bearing_spot_pixels(case.contact, case.contact.spots())
     what = "segments" if case.is_profile else "spots"
-    text = f"pixel {pixel}; half of the load is on {what} of {count_noun(pixels, 'pixel')} or more"
-    if case.is_profile:
-        return text
-    corrected = (case.volume or contact).perimeter_corrected_area
-    change = corrected / contact.contact_area - 1
-    return f"{text}; spot perimeter {100 * change:.2g} % of the area"
+    return f"pixel {pixel}; half of the load is on {what} of {count_noun(pixels, 'pixel')} or more"
 
 
 def _missing(case: Case) -> str:
@@ -215,14 +195,6 @@ def _missing(case: Case) -> str:
     return "; ".join(text)
 
 
-def _loading(case: Case) -> str:
-    contact = case.contact
-    if contact is None:
-        return "one nominal pressure on each map"
-    tilt = "without tilt" if contact.moments is None else "tilted by the moments"
-    return f"the {contact.control} is specified, {tilt}; applied once"
-
-
 def _strain(case: Case) -> str:
     return f"peak pressure / E* = {case.max_pressure / case.modulus:.2g}"
 
@@ -235,30 +207,12 @@ def _plastic_strain(case: Case) -> str:
     return strain if math.isnan(slope) else f"{strain}; slope under the contact {slope:.3g}"
 
 
-def _hardening(case: Case) -> str:
-    assert case.volume is not None
-    laws = [body.material.law for body in case.volume.bodies]
-    kinematic = any(isinstance(law, Kinematic) for law in laws)
-    texts = dict.fromkeys(phrases.hardening(body.material) for body in case.volume.bodies)
-    kind = "kinematic" if kinematic else "isotropic"
-    return f"{'; '.join(texts)}; {kind}, independent of speed and temperature"
-
-
 def _layers(case: Case) -> str:
     assert case.volume is not None
     body = case.volume.bodies[0]
     thin, thick = (format_engineering(h, "m", 3) for h in (body.thickness[0], body.thickness[-1]))
     deep = format_engineering(float(body.thickness.sum()), "m", 3)
     return f"layers of {thin} (surface) to {thick}, {deep} deep"
-
-
-def _path(case: Case) -> str:
-    assert case.volume is not None
-    loads = [step.load for step in case.volume.increments]
-    error = case.volume.step_error
-    known = "not estimated" if error is None else f"about {100 * error:.2g} %"
-    largest = format_engineering(max(loads, default=0.0), "N")
-    return f"{count_noun(len(loads), 'increment')} up to {largest}; error of the steps {known}"
 
 
 def _friction(case: Case) -> str:
@@ -311,7 +265,12 @@ ASSUMPTIONS = (
         "a metal yields (peak pressure above 1.6 σ_Y)",
         lambda case: case.ceiling is None and not _yields(case),
     ),
-    Assumption("Hardening", _hardening, "load reverses, or creep, fracture or heat occur", _yields),
+    Assumption(
+        "Hardening",
+        "independent of speed and temperature",
+        "load reverses, or creep, fracture or heat occur",
+        _yields,
+    ),
     Assumption("Layers", _layers, "peaks are narrower than a layer or pixel", _yields),
     Assumption(
         "No friction, no adhesion",
@@ -338,7 +297,7 @@ ASSUMPTIONS = (
     Assumption("Missing points", _missing, "they are on summits", lambda c: bool(_missing(c))),
     Assumption(
         "One slow loading",
-        _loading,
+        "applied once",
         "faces are run in, creep or wear",
         lambda c: c.history is None and c.wear is None and not _yields(c),
     ),
@@ -357,7 +316,9 @@ ASSUMPTIONS = (
         "displaced material or residual stress matters",
         lambda c: c.history is not None,
     ),
-    Assumption("Path of loads", _path, "machining left residual stress", _yields),
+    Assumption(
+        "Path of loads", "from unstressed bodies", "machining left residual stress", _yields
+    ),
     Assumption(
         "Single precision",
         "seven digits in the transforms",

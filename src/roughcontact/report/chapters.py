@@ -12,7 +12,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
 from roughcontact.report import figures, inputs
-from roughcontact.report.kind import Cells, Row, Table, side_by_side
+from roughcontact.report.kind import Cells, Row, side_by_side
 from roughcontact.report.page import Block, PageTable, Picture
 from roughcontact.surface.surface import Surface
 
@@ -116,10 +116,11 @@ _PARAMETERS: tuple[Cells, ...] = (
 
 
 def body_blocks(
-    pair: tuple[Material, Material], specified: Iterable[Row], model: Table
+    pair: tuple[Material, Material], specified: Iterable[Row], model: str
 ) -> list[Block]:
     """Return the blocks on two materials, the sources of their values, and the problem."""
-    rows = [(row.title, *texts) for row, texts in side_by_side(model, pair, brief=True)]
+    both = side_by_side(inputs.bodies(model), pair, brief=True)
+    rows = [(row.title, *texts) for row, texts in both]
     sources = "; ".join(inputs.sources(pair))
     return [
         Block("head", "Bodies and load"),
@@ -127,6 +128,14 @@ def body_blocks(
         *([Block("small", f"Sources: {sources}.")] if sources else []),
         *table([(name, text) for name, text, _ in cells(specified)], style="key"),
     ]
+
+
+def input_blocks(
+    contact: ContactResult, specified: Iterable[Row], model: str, drawn: bool
+) -> list[Block]:
+    """Return the blocks on maps, bodies and load of a contact; see `inputs.bodies`."""
+    bodies = contact.material, contact.counter_material
+    return [*map_blocks(contact, drawn), *body_blocks(bodies, specified, model)]
 
 
 RIGHT_PROBLEM = "It verifies the solution of this model; sections 3 and 4 cover the model itself."

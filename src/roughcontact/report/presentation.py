@@ -23,15 +23,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.formats import export
 from roughcontact.references import NO_REFERENCES, References
-from roughcontact.report import (
-    assumptions,
-    chapters,
-    citations,
-    inputs,
-    page,
-    phrases,
-    python_script,
-)
+from roughcontact.report import assumptions, chapters, citations, page, phrases, python_script
 from roughcontact.report.figures import FRONT, RESULTS, Illustrations, PlotFunctions
 from roughcontact.report.kind import (
     ABSENT,
@@ -167,35 +159,22 @@ class Presentation:
 
     def meaning(self) -> str:
         """Return the meaning of the result in a sentence or two."""
-        if self.report_contact is None or not self.report_contact.load:
+        contact = self.report_contact
+        if contact is None or not contact.load:
             return ""
-        under = format_engineering(
-            self.report_contact.total_load, self.report_contact.pair.load_unit
-        )
-        text = phrases.regime(
-            self.report_contact, in_layers=bool(getattr(self.result, "faces", ()))
-        )
+        under = format_engineering(contact.total_load, contact.pair.load_unit)
+        text = phrases.regime(contact, in_layers=bool(getattr(self.result, "faces", ())))
         return text and f"{text} (Under {under}.)"
 
     def inputs(self) -> list[Block]:
         """Return the blocks on maps, bodies and load."""
-        if self.report_contact is None:
-            return chapters.quantities(self.rows(PROBLEM))
-        contact = presentation_of(self.report_contact)
-        rows = [
-            *self.rows(PROBLEM),
-            contact.row(self.report_contact.control),
-            *contact.rows(PROBLEM),
-        ]
-        specified = {row.key: row for row in reversed(rows)}.values()
-        return [
-            *chapters.map_blocks(self.report_contact, self.is_drawn),
-            *chapters.body_blocks(
-                (self.report_contact.material, self.report_contact.counter_material),
-                reversed(specified),
-                inputs.bodies("ceiling"),
-            ),
-        ]
+        contact, rows = self.report_contact, self.rows(PROBLEM)
+        if contact is None:
+            return chapters.quantities(rows)
+        other = presentation_of(contact)
+        rows += [other.row(contact.control), *other.rows(PROBLEM)]
+        specified = reversed({row.key: row for row in reversed(rows)}.values())
+        return chapters.input_blocks(contact, specified, "ceiling", self.is_drawn)
 
     def details(self) -> list[Block]:
         """Return further blocks of results."""
@@ -213,9 +192,8 @@ class Presentation:
 
     def case(self) -> assumptions.Case | None:
         """Return the case of the assumptions, if the model makes those of a contact."""
-        return (
-            None if self.report_contact is None else assumptions.contact_case(self.report_contact)
-        )
+        contact = self.report_contact
+        return None if contact is None else assumptions.contact_case(contact)
 
     def method(self) -> Iterable[str]:
         """Return the paragraphs on the method, in addition to those of a contact."""
@@ -227,11 +205,8 @@ class Presentation:
 
     def checks(self) -> tuple[str, ...]:
         """Return the performed checks."""
-        return (
-            ()
-            if self.report_contact is None
-            else plausibility.performed_checks(self.report_contact)
-        )
+        contact = self.report_contact
+        return () if contact is None else plausibility.performed_checks(contact)
 
     def script(self) -> tuple[str, str]:
         """Return a Python script that repeats the result, and what it solves."""
@@ -354,17 +329,14 @@ class Presentation:
         # The first page may show all columns and rows.
         is_own = self.front or type(self).numbers is not Presentation.numbers
         is_front = not is_own and first_and_last(rows) == rows
-        contact = (
-            self.report_contact
-            if self.report_contact is not None and self.report_contact.load
-            else None
-        )
+        contact = self.report_contact
+        shown = contact is not None and contact.load
         return [
             *chapters.quantities(self.rows()),
             *([] if is_front else self.steps()),
             *self.figure_blocks(),
             *self.details(),
-            *([] if contact is None else presentation_of(contact).contact_blocks()),
+            *(presentation_of(contact).contact_blocks() if shown else []),
         ]
 
     def tables(self) -> list[Block]:

@@ -513,7 +513,7 @@ def sampling(study: SamplingStudy) -> Figure:
 def _load_case(samples: Sequence[Sample], specified: Sequence[Row]) -> list[Block]:
     """Return the blocks on the preparation and the load case of maps."""
     rows = [*specified, *rows_of(_TERMS, samples[0], PROBLEM)]
-    bodies = chapters.body_blocks(samples[0].bodies, rows, inputs.bodies("ceiling"))
+    bodies = chapters.body_blocks(samples[0].bodies, rows, "ceiling")
     return [*_prepared(samples), *bodies]
 
 

@@ -9,7 +9,7 @@ from roughcontact.analyses.estimate.fields import length_of, share, with_ends
 from roughcontact.analyses.estimate.model import Estimate, EstimateRange
 from roughcontact.material.material import RIGID
 from roughcontact.references import make_use
-from roughcontact.report import chapters, inputs, phrases
+from roughcontact.report import chapters, phrases
 from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Quantity, Table, Use, split_label
 from roughcontact.report.page import Block
 from roughcontact.report.phrases import format_share, format_short
@@ -152,9 +152,7 @@ class EstimatePresentation(Presentation):
         """Return the blocks on both bodies, the surface and the load."""
         if self.result.bodies is None:
             return super().inputs()
-        return chapters.body_blocks(
-            self.result.bodies, self.rows(PROBLEM), inputs.bodies("ceiling")
-        )
+        return chapters.body_blocks(self.result.bodies, self.rows(PROBLEM), "ceiling")
 
     def method(self) -> Iterator[str]:
         """Yield the paragraph on the formulas."""

@@ -18,7 +18,7 @@ from roughcontact.analyses.solve import volume_report
 from roughcontact.elastoplastic import plausibility
 from roughcontact.formats import export
 from roughcontact.references import make_use
-from roughcontact.report import assumptions, citations, figures, phrases
+from roughcontact.report import assumptions, chapters, citations, figures, phrases
 from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
     CAUTIONS,
@@ -284,7 +284,8 @@ class RollingPresentation(Presentation):
         state = volume_report.VolumePresentation(rolling.result).rows(PROBLEM)
         kept = [row for row in state if row.key not in ("turns", "increments")]
         specified = [*self.rows(PROBLEM), *kept]
-        return volume_report.inputs_of(rolling.result, specified, self.is_drawn)
+        contact = rolling.result.solution
+        return chapters.input_blocks(contact, specified, "volume", self.is_drawn)
 
     def method(self) -> Iterator[str]:
         """Yield the paragraphs on the volume model."""

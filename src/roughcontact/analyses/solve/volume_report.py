@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cached_property
 
 from roughcontact._tools.netcdf import Dataset
@@ -13,32 +13,13 @@ from roughcontact.drawing import elastoplastic as plots
 from roughcontact.elastoplastic import archive, plausibility, volume_result as depth
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult, LayerProfile
 from roughcontact.formats import export
-from roughcontact.report import (
-    assumptions,
-    chapters,
-    citations,
-    figures,
-    inputs,
-    phrases,
-    python_script,
-)
+from roughcontact.report import assumptions, chapters, citations, figures, phrases, python_script
 from roughcontact.report.figures import VolumeScene
-from roughcontact.report.kind import PROBLEM, CellTable, Quantity, Row, Use, rows_of
+from roughcontact.report.kind import PROBLEM, CellTable, Quantity, Use, rows_of
 from roughcontact.report.page import Block
 from roughcontact.report.phrases import format_share, format_short
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
-
-
-def inputs_of(result: ElastoplasticResult, specified: Sequence[Row], drawn: bool) -> list[Block]:
-    """Return the blocks on the inputs of an elastoplastic contact."""
-    contact = result.solution
-    return [
-        *chapters.map_blocks(contact, drawn),
-        *chapters.body_blocks(
-            (contact.material, contact.counter_material), specified, inputs.bodies("volume")
-        ),
-    ]
 
 
 class Yielding:
@@ -206,7 +187,9 @@ class VolumePresentation(Presentation):
 
     def inputs(self) -> list[Block]:
         """Return the blocks on maps, bodies and load."""
-        return inputs_of(self.result, self.rows(PROBLEM), self.is_drawn)
+        return chapters.input_blocks(
+            self.result.solution, self.rows(PROBLEM), "volume", self.is_drawn
+        )
 
     def details(self) -> list[Block]:
         """Return further blocks of results."""
