@@ -135,8 +135,7 @@ def filled_caution(result: ContactResult) -> Caution | None:
     return as_warning(
         CautionTag.MOSTLY_FILLED,
         f"{format_percent(share)} of the {result.pair.whole} is filled, not measured: contact "
-        "there is "
-        f"invented. Crop it, or use {ArgumentRef('missing', 'mask')}.",
+        f"there is invented. Crop it, or use {ArgumentRef('missing', 'mask')}.",
         filled=share,
     )
 
@@ -545,8 +544,7 @@ def _check_units(result: ContactResult) -> Caution | None:
         return as_warning(
             CautionTag.UNITS,
             f"The {result.pair.whole} is {format_engineering(side, 'm', 3)} long: its unit is "
-            "probably "
-            "smaller. Give the unit of the lengths.",
+            "probably smaller. Give the unit of the lengths.",
             side=side,
         )
     return None
@@ -657,8 +655,7 @@ def _check_hardness(result: ContactResult) -> Caution | None:
     return as_caution(
         CautionTag.HARDNESS,
         f"3σ_Y is {ratio:.2g} times the hardness of {body.name or 'the softer_material body'}, "
-        "which no "
-        "contact exceeds. Use ",
+        "which no contact exceeds. Use ",
         ArgumentRef("ceiling", format_engineering(hardness, "Pa", 4)),
         ".",
         ratio=ratio,

@@ -124,9 +124,8 @@ def vickers(value: float, scale: str) -> float:
     numbers, equivalents = steel[scale]["number"], steel[scale]["vickers"]
     if not numbers[0] <= value <= numbers[-1]:
         raise InputError(
-            f"{value:g} {scale} is outside the table for steel "
-            f"({numbers[0]:g} to {numbers[-1]:g} {scale}, ISO 18265 table A.1); "
-            "give the Vickers number",
+            f"{value:g} {scale} is outside the table for steel ({numbers[0]:g} to {numbers[-1]:g} "
+            f"{scale}, ISO 18265 table A.1); give the Vickers number",
             argument="hardness",
             value=value,
         )

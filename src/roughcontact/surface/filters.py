@@ -79,8 +79,7 @@ def gaussian_band(
     if s is not None and l is not None and not s < l:
         raise InputError(
             f"must be below l, got s = {format_engineering(s, 'm')} and l = "
-            f"{format_engineering(l, 'm')}: "
-            "no waves are left",
+            f"{format_engineering(l, 'm')}: no waves are left",
             argument="s",
         )
     if s is not None:

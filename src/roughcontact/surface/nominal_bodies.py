@@ -199,9 +199,8 @@ ellipsoid = NominalForm(
     "radii",
     "each radius of curvature",
     lambda radii, angle: (
-        f"ellipsoid of the radii of curvature {_length(radii[0])} along y and "
-        f"{_length(radii[1])} along x"
-        f"{f', turned by {angle:g} degrees counter-clockwise' if angle else ''}"
+        f"ellipsoid of the radii of curvature {_length(radii[0])} along y and {_length(radii[1])} "
+        f"along x{f', turned by {angle:g} degrees counter-clockwise' if angle else ''}"
     ),
     ("ellipsoid 10 mm 4 mm 30 deg",),
     "angle",

@@ -317,8 +317,7 @@ class SamplingStudy(Result):
             name = max(drifting, key=lambda name: abs(drifting[name]))
             text = (
                 f"{_title(name)} depends on map size ({format_change(drifting[name])} in the "
-                "parts): "
-                "no area is large enough."
+                "parts): no area is large enough."
             )
             numbers = {name: drifting[name], **drifting}
         elif any(math.isnan(scaling) for scaling in falls.values()):

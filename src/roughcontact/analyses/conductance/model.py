@@ -677,8 +677,7 @@ def _radiation(result: Conductance) -> Iterator[Caution]:
         yield as_note(
             CautionTag.RADIATION,
             f"Radiation adds up to {format_percent(min(share, 1.0))} between black faces and is "
-            "not "
-            "included.",
+            "not included.",
             share=share,
         )
 

@@ -300,8 +300,7 @@ class PartSize:
         return as_caution(
             CautionTag.LAW_SIZE,
             f"Quarter maps differ by {format_percent(self.off)} (chance "
-            f"{format_percent(self.chance)}): the law "
-            "depends on map size. Use larger maps.",
+            f"{format_percent(self.chance)}): the law depends on map size. Use larger maps.",
             off=self.off,
             chance=self.chance,
         )

@@ -82,9 +82,8 @@ def _check(request: Request) -> None:
     first, last = _ends(request)
     if (first[0], type(first[1])) != (last[0], type(last[1])):
         raise InputError(
-            f"{ArgumentRef('from')} and {ArgumentRef('to')} must both be loads of one form or "
-            f"both approaches, got {request.specified[FROM.name]!r} and "
-            f"{request.specified[TO.name]!r}"
+            f"{ArgumentRef('from')} and {ArgumentRef('to')} must both be loads of one form or both "
+            f"approaches, got {request.specified[FROM.name]!r} and {request.specified[TO.name]!r}"
         )
     _steps(request)
 
