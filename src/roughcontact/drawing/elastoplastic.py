@@ -240,7 +240,7 @@ def profile(
     answer = result.profile(point, body)
     figure, grid = style.panels(10.8, 5.6, 1, 3, sharey=True)
     depths = _label_depths(grid, answer.faces, answer.accumulated)
-    _steps(grid[0], 100 * answer.accumulated, depths, style.SERIES[0], "-", "")
+    draw_steps(grid[0], 100 * answer.accumulated, depths, style.SERIES[0], "-", "")
     grid[0].set_xlim(left=0)
     style.name_axes(grid[0], "accumulated plastic strain [%]")
     _draw_strength(grid[1], answer, depths, loaded=bool(result.solution.load))
@@ -273,7 +273,7 @@ def _draw_strength(axes: Axes, result: DepthProfile, depths: Array, loaded: bool
     # Drawn on top: where the material yields, the stress under load equals the yield strength.
     lines.append((result.strength, style.NEUTRAL, ":", "yield strength"))
     for values, colour, line, name in lines:
-        _steps(axes, values * factor, depths, colour, line, name)
+        draw_steps(axes, values * factor, depths, colour, line, name)
     axes.set_xlim(left=0)
     style.name_axes(axes, f"von Mises stress [{unit}]")
 
@@ -283,7 +283,7 @@ def _draw_residual(axes: Axes, result: DepthProfile, depths: Array) -> None:
     factor, unit = style.prefixed(float(np.abs(residual).max()), "Pa")
     for axis, colour, line in zip("xyz", style.SERIES, ("-", "--", ":"), strict=False):
         values = residual[:, "xyz".index(axis)] * factor
-        _steps(axes, values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
+        draw_steps(axes, values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
     axes.axvline(0, color="#000000", linewidth=0.9)
     style.name_axes(axes, f"residual stress [{unit}], tension > 0")
 
@@ -316,14 +316,13 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
         (grid[0], answer.plastic_fraction, "plastic share of the layer [%]"),
         (grid[1], answer.max_accumulated, "largest plastic strain [%]"),
     ):
-        _steps(axes, 100 * values, depths, style.SERIES[0], "-", "")
+        draw_steps(axes, 100 * values, depths, style.SERIES[0], "-", "")
         style.name_axes(axes, name)
     factor, unit = style.prefixed(float(answer.max_von_mises.max()), "Pa")
-    _steps(
-        grid[2], answer.max_residual_von_mises * factor, depths, style.SERIES[1], "--", "residual"
-    )
+    residual, loaded = answer.max_residual_von_mises * factor, answer.max_von_mises * factor
+    draw_steps(grid[2], residual, depths, style.SERIES[1], "--", "residual")
     if result.solution.load:
-        _steps(grid[2], answer.max_von_mises * factor, depths, style.SERIES[0], "-", "under load")
+        draw_steps(grid[2], loaded, depths, style.SERIES[0], "-", "under load")
     style.name_axes(grid[2], f"largest von Mises stress [{unit}]")
     for axes in grid:
         axes.set_xlim(left=0)
@@ -368,10 +367,7 @@ def path(result: ElastoplasticResult) -> Figure:
     for axes, (answer, name, dimension) in zip(grid.ravel(), quantities, strict=True):
         values = np.array([0.0, *answer])
         top = float(values.max())
-        if dimension == "m²":
-            scale, shown = style.prefixed_area(top or 1.0)
-        else:
-            scale, shown = style.prefixed(top, dimension) if dimension != "%" else (1.0, "%")
+        scale, shown = (1.0, "%") if dimension == "%" else style.prefixed(top, dimension)
         x, y = abscissa, values * scale
         for kind, colour, line, label in (
             (False, style.SERIES[0], "-", "loading"),
@@ -545,7 +541,8 @@ def _label_depths(grid: NDArray[Any], faces: Array, accumulated: Array) -> Array
     return faces * length
 
 
-def _steps(axes: Axes, values: Array, depths: Array, colour: str, line: Any, name: str) -> None:
+def draw_steps(axes: Axes, values: Array, depths: Array, colour: str, line: Any, name: str) -> None:
+    """Draw the values of layers over the depth."""
     axes.stairs(
         values,
         depths,

@@ -62,6 +62,8 @@ _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Return factor and prefixed unit of a quantity for an axis."""
     # The margin gives 999.9999999 µm, a sum of pixels, the prefix of 1 mm.
+    if unit == "m²":
+        return prefixed_area(largest or 1.0)
     exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3) if largest > 0 else 0
     exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
     return float(10.0**-exponent), _PREFIXES[exponent] + unit
@@ -329,6 +331,11 @@ def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
     )
     bar.set_label(label, fontsize=LABEL)
     bar.ax.tick_params(labelsize=TICK)
+
+
+def mark_place(axes: Axes, x: float, y: float, **more: Any) -> None:
+    """Mark a place by a cross."""
+    axes.plot([x], [y], "+", color=SERIES[0], markersize=11, markeredgewidth=2, **more)
 
 
 def field_colours(**beyond: Any) -> Any:

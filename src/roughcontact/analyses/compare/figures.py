@@ -18,30 +18,29 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-Scale = tuple[float, str]
+Scale = Callable[[str, float], tuple[float, str]]
 Name = Callable[..., str]
 
 _COLUMNS = 3
 _PANEL = (3.6, 3.1)
 _SHOWN = (*CONTACT, "Sq", "Ssk", "Sdq", "Spk")
 """Quantities with a panel; tables list all quantities."""
-_SHARES = ("contact_fraction", "saturated_fraction")
 
 
-def overview(comparison: Comparison, title: Name, unit: Name) -> Figure:
+def overview(comparison: Comparison, title: Name, scale: Scale) -> Figure:
     """Draw load curves and quantities of all groups; see `curves` and `numbers`."""
-    return _figure(comparison, _curves(comparison), _drawn_names(comparison), title, unit)
+    return _figure(comparison, _curves(comparison), _drawn_names(comparison), title, scale)
 
 
-def curves(comparison: Comparison, title: Name, unit: Name) -> Figure:
+def curves(comparison: Comparison, title: Name, scale: Scale) -> Figure:
     """Draw the load curves of all maps over each other.
 
     Parameters
     ----------
     comparison : Comparison
         Comparison under several pressures.
-    title, unit : callable
-        Name of a quantity, with its ceiling if there are two, and its SI unit.
+    title, scale : callable
+        Name of a quantity, with its ceiling if there are two; its factor and unit.
 
     Returns
     -------
@@ -49,10 +48,10 @@ def curves(comparison: Comparison, title: Name, unit: Name) -> Figure:
         Quantities over the nominal pressure: each map a thin line, the mean of a group a thick
         line with the band of its interval.
     """
-    return _figure(comparison, comparison.curves, (), title, unit)
+    return _figure(comparison, comparison.curves, (), title, scale)
 
 
-def numbers(comparison: Comparison, title: Name, unit: Name) -> Figure:
+def numbers(comparison: Comparison, title: Name, scale: Scale) -> Figure:
     """Draw the quantities of all maps under the last pressure; parameters as for `curves`.
 
     Returns
@@ -60,7 +59,7 @@ def numbers(comparison: Comparison, title: Name, unit: Name) -> Figure:
     Figure
         One panel per quantity: each map a dot, the mean of a group a line with its interval.
     """
-    return _figure(comparison, (), _drawn_names(comparison), title, unit)
+    return _figure(comparison, (), _drawn_names(comparison), title, scale)
 
 
 def _drawn_names(comparison: Comparison) -> Sequence[str]:
@@ -76,7 +75,7 @@ def _figure(
     followed: Sequence[str],
     compared: Sequence[str],
     title: Name,
-    unit: Name,
+    scale: Scale,
 ) -> Figure:
     columns = 2 if followed and not compared else _COLUMNS
     cases = rows_by_ceiling(comparison)
@@ -89,7 +88,7 @@ def _figure(
     )
     free = iter(grid.ravel())
     for draw, (name, ceiling, case) in panels:
-        draw(next(free), case, name, title(name, ceiling), unit)
+        draw(next(free), case, name, title(name, ceiling), scale)
     for axes in free:
         axes.set_axis_off()
     if len(comparison.groups) > 1 and followed:
@@ -97,18 +96,11 @@ def _figure(
     return figure
 
 
-def _scale(name: str, largest: float, unit: Name) -> Scale:
-    if name in _SHARES:
-        return 100.0, "%"
-    symbol = unit(name)
-    return (1.0, "") if symbol == "1" else style.prefixed(largest, symbol)
-
-
-def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str, unit: Name) -> None:
+def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str, scale: Scale) -> None:
     pressures = np.array(comparison.pressures)
     across, pressure_unit = style.prefixed(float(pressures[-1]), "Pa")
     values = [sample.over_pressure(name) for sample in comparison.samples]
-    up, symbol = _scale(name, float(np.max(values)), unit)
+    up, symbol = scale(name, float(np.max(values)))
     for index, group in enumerate(comparison.groups):
         colour = style.SERIES[index % len(style.SERIES)]
         for sample in group.samples:
@@ -131,9 +123,9 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str, unit
     _set_title(axes, title, symbol)
 
 
-def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str, unit: Name) -> None:
+def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str, scale: Scale) -> None:
     values = [np.array(group.values(name)) for group in comparison.groups]
-    up, symbol = _scale(name, float(max(np.abs(own).max() for own in values)), unit)
+    up, symbol = scale(name, float(max(np.abs(own).max() for own in values)))
     if comparison.paired:
         pairs = [
             [sample.numbers[name] * up for sample in group.samples] for group in comparison.groups

@@ -502,7 +502,7 @@ _MAX_LISTED_MAPS = 16
 
 def overview(result: Comparison) -> Figure:
     """Draw all compared quantities in one figure."""
-    return figures.overview(result, name_of, unit_of)
+    return figures.overview(result, name_of, scale_of)
 
 
 def sampling(study: SamplingStudy) -> Figure:
@@ -549,14 +549,14 @@ class ComparisonPresentation(Presentation):
         Illustration("comparison", overview, "", FILES),
         Illustration(
             "",
-            lambda result: figures.numbers(result, name_of, unit_of),
+            lambda result: figures.numbers(result, name_of, scale_of),
             f"Dots are maps, thick lines means, bars their {LEVEL} intervals.",
             FRONT,
             WIDE,
         ),
         Illustration(
             "",
-            lambda result: figures.curves(result, name_of, unit_of),
+            lambda result: figures.curves(result, name_of, scale_of),
             f"Thin: maps over the nominal pressure. Thick: group means with {LEVEL} bands.",
             RESULTS,
             WIDE,

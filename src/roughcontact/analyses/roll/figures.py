@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from roughcontact._tools.files import atomic_write, require_suffix
 from roughcontact.analyses.roll.model import MovieFrame, RollingResult
 from roughcontact.drawing import style
+from roughcontact.drawing.elastoplastic import draw_steps
 from roughcontact.errors import InputError
-from roughcontact.units import format_engineering
+from roughcontact.units import count_noun, format_engineering
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,9 +60,7 @@ def passes(rolling: RollingResult) -> Figure:
     ):
         lines = [np.array([getattr(item, key) for item in rolling.passes]) for key in keys]
         top = max(float(values.max()) for values in lines)
-        factor, shown = (
-            style.prefixed_area(top or 1.0) if unit == "m²" else style.prefixed(top, unit)
-        )
+        factor, shown = style.prefixed(top, unit)
         for values, line, colour in zip(lines, _STYLES, style.SERIES, strict=False):
             axes.plot(number, values * factor, line, color=colour)
         style.name_axes(axes, y=f"{label} [{shown}]")
@@ -198,15 +197,8 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
             shown = f" [{prefix}]"
         for number, colour in _choose_passes(len(profiles)):
             values = profiles[number]
-            axes.stairs(
-                values * factor,
-                faces[: values.size + 1] * length,
-                orientation="horizontal",
-                baseline=None,
-                color=colour,
-                linewidth=1.8,
-                label=f"pass {number + 1}",
-            )
+            depth = faces[: values.size + 1] * length
+            draw_steps(axes, values * factor, depth, colour, "-", f"pass {number + 1}")
         axes.axvline(0, color="#000000", linewidth=0.9)
         style.plain_axes(axes, f"{name}{shown}")
         axes.xaxis.set_major_locator(MaxNLocator(5))
@@ -244,8 +236,7 @@ def _over_depth(rolling: RollingResult) -> str:
 
 
 def _passes_text(rolling: RollingResult) -> str:
-    count = len(rolling.passes)
-    return f"{count} {'pass' if count == 1 else 'passes'}{style.doubt_suffix(rolling.result)}"
+    return f"{count_noun(len(rolling.passes), 'pass')}{style.doubt_suffix(rolling.result)}"
 
 
 # Maximum number of frames of a movie, duration of each and of the last [ms], and resolution [dpi].

@@ -32,7 +32,7 @@ from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.roughness import core_parameters, material_ratio_curve, rms_height
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, to_si
+from roughcontact.units import Quantities, Quantity, count_noun, to_si
 
 Array = NDArray[Any]
 
@@ -272,8 +272,7 @@ class RollingResult(Result):
         """The ``shakedown`` as text, with the number of passes or the strain per pass."""
         kind = self.shakedown
         if kind is Shakedown.ELASTIC_SHAKEDOWN:
-            count = self.settled_after
-            return f"shaken down after {count} {'pass' if count == 1 else 'passes'}"
+            return f"shaken down after {count_noun(self.settled_after or 0, 'pass')}"
         if kind is Shakedown.RATCHETING:
             return f"ratchets by a plastic strain of {self.passes[-1].strain_net:.2g} a pass"
         if kind is Shakedown.NOT_SETTLED:

@@ -36,8 +36,7 @@ from roughcontact.units import count_noun, format_engineering, order_of_magnitud
 
 def _passes(rolling: RollingResult) -> str:
     """Return the number of passes as text."""
-    count = len(rolling.passes)
-    return f"{count} {'pass' if count == 1 else 'passes'}"
+    return count_noun(len(rolling.passes), "pass")
 
 
 def _way(rolling: RollingResult) -> str:

@@ -179,16 +179,8 @@ def stress_section(
     length = style.prefixed_window(first, last)
     mesh = _draw_section(axes, across * length[0], depth * length[0], rows * scale[0])
     mesh.set_clim(0, top * scale[0])
-    place = result.max_von_mises_at[1 + axis] * length[0], result.max_von_mises_at[0] * length[0]
-    axes.plot(
-        [place[0]],
-        [place[1]],
-        "+",
-        color=style.SERIES[0],
-        markersize=11,
-        markeredgewidth=2,
-        clip_on=False,
-    )
+    x, y = (result.max_von_mises_at[number] * length[0] for number in (1 + axis, 0))
+    style.mark_place(axes, x, y, clip_on=False)
     style.name_axes(axes, f"{along} [{length[1]}]", f"depth [{length[1]}]")
     style.few_ticks(axes, aspect)
     _stress_bar(axes, mesh, result, scale[1])
@@ -275,14 +267,7 @@ def stress_map(result: StressResult) -> Figure:
     image.set_clim(0, top * factor)
     length = style.prefixed(max(size), "m")
     _, y, x = result.max_von_mises_at
-    axes.plot(
-        [x * length[0]],
-        [y * length[0]],
-        "+",
-        color=style.SERIES[0],
-        markersize=11,
-        markeredgewidth=2,
-    )
+    style.mark_place(axes, x * length[0], y * length[0])
     _stress_bar(axes, image, result, unit)
     more = ""
     if over and strength is not None:
