@@ -42,7 +42,7 @@ def in_a_terminal():
 
 
 @pytest.fixture(autouse=True)
-def without_lines_of_progress(monkeypatch):
+def hide_progress_lines(monkeypatch):
     """The message of a command on a slow machine after ten seconds is no result."""
     from roughcontact.cli import terminal
 
@@ -56,11 +56,11 @@ def short_messages():
 
     created = Caution.__init__
 
-    def checked(self, *args, **more):
+    def check_words(self, *args, **more):
         created(self, *args, **more)
         assert not (isinstance(self.kind, CautionTag) and fault(self)), fault(self)
 
-    Caution.__init__ = checked
+    Caution.__init__ = check_words
     yield
     Caution.__init__ = created
 
@@ -79,7 +79,7 @@ def independent():
 
 
 @pytest.fixture(scope="session")
-def pressed():
+def loaded():
     """A hardening ball under load, out of the middle of a map of unequal sides and pixels."""
     import roughcontact as rc
     from roughcontact.material.hardening import Swift
@@ -92,13 +92,13 @@ def pressed():
 
 
 @pytest.fixture(scope="session")
-def unmoved(pressed):
+def unmoved(loaded):
     """The same ball where not even the first load was reached."""
     import roughcontact as rc
 
     soft = rc.Material(210e9, 0.3, 1e6)
     return rc.solve_elastoplastic(
-        pressed.contact.surface,
+        loaded.contact.surface,
         material=soft,
         increments=1,
         loads=[5e-4],
@@ -108,16 +108,16 @@ def unmoved(pressed):
 
 
 @pytest.fixture(scope="session")
-def released(pressed):
+def released(loaded):
     """The same ball when the load is gone."""
     import roughcontact as rc
 
     return rc.solve_elastoplastic(
-        pressed.contact.surface,
-        material=pressed.contact.material,
+        loaded.contact.surface,
+        material=loaded.contact.material,
         increments=1,
         loads=[0.0],
-        start=pressed,
+        start=loaded,
     )
 
 

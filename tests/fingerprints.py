@@ -37,7 +37,7 @@ def rough(shape, pixel=(1e-6, 1e-6), holes=None):
     return rc.Surface(heights, pixel)
 
 
-def bent(surface, curvature_y, curvature_x):
+def bend_surface(surface, curvature_y, curvature_x):
     """Return a surface on a rotund body."""
     ny, nx = surface.heights.shape
     y, x = np.mgrid[:ny, :nx] - np.array([ny // 2, nx // 2])[:, None, None]
@@ -45,7 +45,7 @@ def bent(surface, curvature_y, curvature_x):
     return replace(surface, heights=surface.heights + form)
 
 
-def prepared():
+def iter_prepared():
     """Yield (what, arrays) for everything that prepares and judges a surface."""
     yield "synthetic map", random_surfaces.reference_map(256)[0]
     surface = rough((301, 283), (1e-6, 1.2e-6))
@@ -53,8 +53,8 @@ def prepared():
         yield f"leveled: {form}", surface.leveled(form).heights
     for form, degree in (("polynomial", 4), ("polynomial", 12)):
         yield f"without {form} {degree}", surface.without_form(form, degree=degree).heights
-    yield "without sphere", bent(surface, 300, 300).without_form("sphere").heights
-    yield "without cylinder", bent(surface, 0, 300).without_form("cylinder").heights
+    yield "without sphere", bend_surface(surface, 300, 300).without_form("sphere").heights
+    yield "without cylinder", bend_surface(surface, 0, 300).without_form("cylinder").heights
     yield "filtered", surface.filtered(s=5e-6, l=80e-6).heights
     wide = np.zeros((240, 240), bool)
     wide[7:-7, 6:-6] = True
@@ -68,7 +68,7 @@ def prepared():
     yield "spectrum", np.concatenate(spectrum.radial_spectrum(surface.heights, surface.pixel))
 
 
-def pressed():
+def iter_contacts():
     """Yield (what, arrays) for contacts."""
     small, wide = rough((60, 51)), rough((137, 260), (1.3e-6, 1e-6))
     for boundary in ("free", "periodic", "periodic-x", "periodic-y"):
@@ -93,13 +93,16 @@ def pressed():
     yield "what a map balances", balance
 
 
-def below():
+def iter_stresses():
     """Yield (what, arrays) for stress and plasticity below contacts."""
     small = rough((60, 51))
     stress = rc.subsurface_stress(rc.solve(small, material=STEEL, load=0.2))
     yield "stress", [stress.section_x, stress.section_y]
     yield "first yield", rc.first_yield_load(small, material=STEEL).solution.load
-    ball, metal = bent(rough((40, 36)), 2e3, 2e3), rc.Material(210e9, 0.3, hardening=Perfect(1e9))
+    ball, metal = (
+        bend_surface(rough((40, 36)), 2e3, 2e3),
+        rc.Material(210e9, 0.3, hardening=Perfect(1e9)),
+    )
     # So small a volume would be left to one thread.
     volume_solve.MIN_SHARED_POINTS = 0
     volume = rc.solve_elastoplastic(ball, material=metal, increments=1, loads=[0.05])
@@ -107,7 +110,7 @@ def below():
     yield "volume", [pressure, body.plastic_strain, body.stress, body.mean_residual_stress]
 
 
-def of(values):
+def hash_bits(values):
     """Return a hash of the bits of numbers."""
     digest = hashlib.sha256()
     for part in values if isinstance(values, list) else [values]:
@@ -119,8 +122,12 @@ if __name__ == "__main__":
     threads = int(sys.argv[2])
     fft.default_workers = lambda: threads
     warnings.simplefilter("ignore")
-    found = {what: of(values) for part in (prepared, pressed, below) for what, values in part()}
+    found = {
+        what: hash_bits(values)
+        for part in (iter_prepared, iter_contacts, iter_stresses)
+        for what, values in part()
+    }
     if fft._ducc0 is not None:
         fft._ducc0 = None
-        found |= {f"{what}, SciPy": of(values) for what, values in pressed()}
+        found |= {f"{what}, SciPy": hash_bits(values) for what, values in iter_contacts()}
     print(json.dumps(found))

@@ -71,7 +71,7 @@ def limited(task: jobs.BatchTask) -> jobs.TaskResult:
         memory.free_bytes = free
 
 
-LARGE = """
+LARGE_CONTACT = """
 [[contact]]
 name = "large"
 file = "large.npy"

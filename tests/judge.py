@@ -16,7 +16,7 @@ def _corner(x, y):
 
 
 # Distance in long edges of a pixel from which four points along each edge integrate 1/r to 1e-14.
-_FAR = 16
+_FAR_EDGES = 16
 
 
 def love_coefficients(y, x, pixel, modulus):
@@ -26,7 +26,7 @@ def love_coefficients(y, x, pixel, modulus):
     y, x = np.broadcast_arrays(np.asarray(y, np.longdouble), np.asarray(x, np.longdouble))
     b, a = pixel[0] / 2, pixel[1] / 2
     integral = np.empty(y.shape)
-    near = np.hypot(y, x) < _FAR * max(pixel)
+    near = np.hypot(y, x) < _FAR_EDGES * max(pixel)
     v, u = y[near], x[near]
     integral[near] = (
         _corner(u + a, v + b)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from roughcontact.cautions import Caution
 from roughcontact.errors import render_message
 
-MOST_WORDS = 20
+MAX_WORDS = 20
 
 
 def fault(caution: Caution) -> str:
     """Return the error in the text of a message, empty if there is none."""
     text = render_message(caution.parts)
-    if len(text.split()) > MOST_WORDS:
+    if len(text.split()) > MAX_WORDS:
         return f"{len(text.split())} words: {text}"
     if text[:1].islower() or not text.endswith("."):
         return f"no sentence: {text}"

@@ -41,11 +41,11 @@ class Line:
         self.roller = nominal_bodies.cylinder(radius=radius, angle=90.0, shape=shape, pixel=PIXEL)
         self.layers = np.full(16, 3 * width / 16)
 
-    def at(self, x: float, friction: float = 0.0, direction: float = 0.0) -> rc.PathPoint:
+    def point_at(self, x: float, friction: float = 0.0, direction: float = 0.0) -> rc.PathPoint:
         """Return the point with the roller moved by ``x`` pixels."""
         return rc.PathPoint(self.load, (0.0, x * PIXEL[1]), friction, direction)
 
-    def solved(
+    def solve_path(
         self,
         path: Sequence[rc.PathPoint],
         start: rc.ElastoplasticResult | None = None,
@@ -70,7 +70,7 @@ class Line:
         """Return by how much the largest accumulated strain has grown in each of some passes."""
         result, strains = None, [0.0]
         for _ in range(count):
-            path = [self.at(x, friction) for x in range(0, self.points, stride)]
-            result = self.solved(path, result, "single", 1e-3)
+            path = [self.point_at(x, friction) for x in range(0, self.points, stride)]
+            result = self.solve_path(path, result, "single", 1e-3)
             strains.append(result.max_plastic_strain)
         return np.diff(strains).tolist()

@@ -223,15 +223,15 @@ def test_reader_of_file_is_cited(name: str, norm: bool | None) -> None:
     assert ("ISO25178-72" in found) == bool(norm)
 
 
-def test_volume_model_cites_its_sources(pressed: rc.ElastoplasticResult) -> None:
-    found = keys(pressed.references())
+def test_volume_model_cites_its_sources(loaded: rc.ElastoplasticResult) -> None:
+    found = keys(loaded.references())
     assert {"Jacq2002", "Frerot2019", "Anderson1965", "Swift1952"} <= found
     assert not {"EngineeringModel", "Prager1955", "Boucly2007"} & found
-    body = pressed.bodies[0]
+    body = loaded.bodies[0]
     law = Kinematic(Swift(1240e6, 30, 0.085), 1e9)
     other = replace(body, material=replace(body.material, hardening=law))
-    assert {"Prager1955", "Swift1952"} <= keys(replace(pressed, bodies=(other,)).references())
-    rolled = rc.results.RollingResult(pressed, ()).references()
+    assert {"Prager1955", "Swift1952"} <= keys(replace(loaded, bodies=(other,)).references())
+    rolled = rc.results.RollingResult(loaded, ()).references()
     assert "Boucly2007" in keys(rolled)
 
 

@@ -33,7 +33,7 @@ class Head:
     places: dict[str, tuple[int, str]]
 
     @classmethod
-    def of(cls, *parts: tuple[str, str, object]) -> "Head":
+    def from_parts(cls, *parts: tuple[str, str, object]) -> "Head":
         content, places = b"", {}
         for name, kind, value in parts:
             places[name] = (len(content), kind)
@@ -64,7 +64,7 @@ Made = tuple[bytes, Callable[[bytes], Plain], tuple[tuple[int, int], ...]]
 
 
 def tmd() -> Made:
-    head = Head.of(
+    head = Head.from_parts(
         ("", "<32s", b"Binary TrueMap Data File v2.0\r\n"),
         ("", "<24s", b"Created by TrueMap v6"),
         ("nx", "<I", SHAPE[1]),
@@ -83,7 +83,7 @@ def tmd() -> Made:
 
 
 def os3d() -> Made:
-    head = Head.of(
+    head = Head.from_parts(
         ("", "<10s", b"OmniSurf3D"),
         ("major", "<i", 1),
         ("minor", "<i", 0),
@@ -114,7 +114,7 @@ def os3d() -> Made:
 def nms() -> Made:
     values = heights() * 1e6
     low, high = values.min(), values.max()
-    head = Head.of(
+    head = Head.from_parts(
         ("", "16", None),
         ("low", "<d", low),
         ("high", "<d", high),
@@ -137,7 +137,7 @@ def nms() -> Made:
 
 
 def zmg() -> Made:
-    head = Head.of(
+    head = Head.from_parts(
         ("", "<16s", b"Zeta-Instruments"),
         ("", "69", None),
         ("nx", "<I", SHAPE[1]),
@@ -161,7 +161,7 @@ def zmg() -> Made:
 
 
 def plu() -> Made:
-    head = Head.of(
+    head = Head.from_parts(
         ("", "<128s", b"Tue Jan  2 10:20:30 2024"),
         ("", "4", None),
         ("", "256", None),

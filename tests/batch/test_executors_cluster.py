@@ -17,7 +17,7 @@ import psutil
 import pytest
 
 import roughcontact as rc
-from fleets import ABSENT, LARGE, ended, items, wait_for, write_large, write_project
+from fleets import ABSENT, LARGE_CONTACT, ended, items, wait_for, write_large, write_project
 from roughcontact.batch.executors import connect_cluster
 from roughcontact.cli import app
 
@@ -186,11 +186,11 @@ def test_lost_scheduler_fails_and_restarted_one_resumes(cluster: Cluster, tmp_pa
 def test_run_waits_for_workers_and_survives_one_without_memory(
     cluster: Cluster, tmp_path: Path, capsys: Capture
 ) -> None:
-    path = write_project(tmp_path / "far", 3, LARGE)
+    path = write_project(tmp_path / "far", 3, LARGE_CONTACT)
     # The first, so that others wait behind it on the same worker, which ends with all of them.
-    head, _, _ = path.read_text(encoding="utf-8").partition(LARGE)
+    head, _, _ = path.read_text(encoding="utf-8").partition(LARGE_CONTACT)
     first = head.index("[[contact]]")
-    path.write_text(head[:first] + LARGE.lstrip() + head[first:], encoding="utf-8")
+    path.write_text(head[:first] + LARGE_CONTACT.lstrip() + head[first:], encoding="utf-8")
     # Its solve needs some 500 MB: with 300 MB the worker may stop taking tasks, but live on.
     write_large(path.parent, 2048)
     run = cluster.run(path, "--json", stdout=subprocess.PIPE)

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from fleets import LARGE, limited, write_large, write_project
+from fleets import LARGE_CONTACT, limited, write_large, write_project
 from roughcontact.batch import runner
 from roughcontact.batch.executors import Engine, LocalExecutor
 from roughcontact.cli import app
@@ -49,7 +49,7 @@ def narrow(workers: int) -> Iterator[Engine]:
 def test_only_contact_exceeding_memory_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = write_project(tmp_path, 2, LARGE)
+    path = write_project(tmp_path, 2, LARGE_CONTACT)
     write_large(tmp_path, 1024)
     monkeypatch.setattr(runner, "local_processes", narrow)
     assert app.main(["run", str(path)]) == app.NOT_CONVERGED

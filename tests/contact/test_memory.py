@@ -397,20 +397,20 @@ def test_study_leaves_out_too_large_finer_grid(monkeypatch: pytest.MonkeyPatch) 
 # Before maps are made --------------------------------------------------------------------------
 
 
-LARGE = (30000, 30000)
+HUGE_SHAPE = (30000, 30000)
 PIXEL = (1e-8, 1e-8)
 
 
 @pytest.mark.parametrize(
     "made",
     [
-        lambda: rc.Surface(np.broadcast_to(0.0, LARGE), PIXEL),
-        lambda: rc.Surface(np.broadcast_to(np.int16(0), LARGE), PIXEL),
-        lambda: nominal_bodies.sphere(radius=0.01, shape=LARGE, pixel=PIXEL),
-        lambda: nominal_bodies.flat(shape=LARGE, pixel=PIXEL),
-        lambda: rc.reference_map(LARGE[0]),
-        lambda: rough(32).resampled(LARGE),
-        lambda: rough(32).resampled(LARGE, method="spline"),
+        lambda: rc.Surface(np.broadcast_to(0.0, HUGE_SHAPE), PIXEL),
+        lambda: rc.Surface(np.broadcast_to(np.int16(0), HUGE_SHAPE), PIXEL),
+        lambda: nominal_bodies.sphere(radius=0.01, shape=HUGE_SHAPE, pixel=PIXEL),
+        lambda: nominal_bodies.flat(shape=HUGE_SHAPE, pixel=PIXEL),
+        lambda: rc.reference_map(HUGE_SHAPE[0]),
+        lambda: rough(32).resampled(HUGE_SHAPE),
+        lambda: rough(32).resampled(HUGE_SHAPE, method="spline"),
     ],
     ids=["heights", "integers", "sphere", "flat", "generated", "waves", "spline"],
 )

@@ -37,7 +37,7 @@ def displacement(result):
 
 
 # The certificate leaves 1e-9 of ‖p‖; solutions of two problems differ by about ten times that.
-CLOSE = {"rtol": 0, "atol": 1e-7}
+TOLERANCES = {"rtol": 0, "atol": 1e-7}
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
@@ -55,7 +55,7 @@ def test_only_the_contact_modulus_of_the_pair_counts(ceiling, boundary):
     )
     for other in (alone, swapped):
         np.testing.assert_allclose(
-            other.pressure / pair.max_pressure, pair.pressure / pair.max_pressure, **CLOSE
+            other.pressure / pair.max_pressure, pair.pressure / pair.max_pressure, **TOLERANCES
         )
 
 

@@ -42,16 +42,16 @@ def untouched() -> rc.ElastoplasticResult:
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_every_figure_is_rendered_without_warnings(pressed, released, untouched, unmoved) -> None:
-    for result in (pressed, released, untouched, unmoved):
+def test_every_figure_is_rendered_without_warnings(loaded, released, untouched, unmoved) -> None:
+    for result in (loaded, released, untouched, unmoved):
         for figure in every_figure(result):
             # Warnings are errors here; too small a layout would warn.
             figure.savefig(io.BytesIO(), format="png", dpi=40)
 
 
-def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
-    figure = elastoplastic.section(pressed, "x")
-    stored = pressed.section("x")
+def test_section_is_true_to_scale_and_shows_every_layer(loaded) -> None:
+    figure = elastoplastic.section(loaded, "x")
+    stored = loaded.section("x")
     axes = titled(figure, "accumulated plastic strain [%]")
     (mesh,) = [c for c in axes.collections if hasattr(c, "_coordinates")]
     drawn = mesh.get_array()
@@ -70,7 +70,7 @@ def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
     down = box.height * height / bottom
     assert box.width * width / (right - left) == pytest.approx(down)
     # It reaches below the plastic zone.
-    assert bottom > 1e6 * pressed.plastic_depth
+    assert bottom > 1e6 * loaded.plastic_depth
     # No axes overlap.
     renderer = FigureCanvasAgg(figure).get_renderer()
     panels = [a.get_tightbbox(renderer) for a in figure.axes]
@@ -79,10 +79,10 @@ def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
             assert not one.padded(-1).overlaps(other.padded(-1))
 
 
-def test_section_compares_the_stress_with_the_strength_at_its_place(pressed) -> None:
-    axes = titled(elastoplastic.section(pressed), "yield strength")
+def test_section_compares_the_stress_with_the_strength_at_its_place(loaded) -> None:
+    axes = titled(elastoplastic.section(loaded), "yield strength")
     (mesh,) = [c for c in axes.collections if hasattr(c, "_coordinates")]
-    stored = pressed.section()
+    stored = loaded.section()
     rows = mesh.get_array().shape[0]
     ratio = (stored.von_mises / stored.strength)[:rows]
     np.testing.assert_allclose(mesh.get_array(), np.minimum(ratio, 1))
@@ -90,8 +90,8 @@ def test_section_compares_the_stress_with_the_strength_at_its_place(pressed) -> 
     assert mesh.get_clim() == (0, 1)
 
 
-def test_narrow_section_is_centered_on_largest_strain(pressed) -> None:
-    figure = elastoplastic.section(pressed, "x", width=5e-6)
+def test_narrow_section_is_centered_on_largest_strain(loaded) -> None:
+    figure = elastoplastic.section(loaded, "x", width=5e-6)
     axes = titled(figure, "pressure")
     left, right = axes.get_xlim()
     assert right - left == pytest.approx(5)
@@ -99,13 +99,13 @@ def test_narrow_section_is_centered_on_largest_strain(pressed) -> None:
     assert (left + right) / 2 == pytest.approx(17.5 * 0.5, abs=0.5)
 
 
-def test_unloaded_section_shows_residual_stress_only(pressed, released) -> None:
+def test_unloaded_section_shows_residual_stress_only(loaded, released) -> None:
     titles = [a.get_title(loc="left") for a in elastoplastic.section(released).figure.axes]
     assert not any("load" in title or "pressure" in title for title in titles)
     assert sum("residual stress" in title for title in titles) == 2
     labels = [
         text.get_text()
-        for result in (pressed, released)
+        for result in (loaded, released)
         for axes in elastoplastic.profile(result).axes
         if (legend := axes.get_legend())
         for text in legend.get_texts()
@@ -114,9 +114,9 @@ def test_unloaded_section_shows_residual_stress_only(pressed, released) -> None:
     assert labels.count("yield strength") == 2
 
 
-def test_profile_draws_the_components(pressed) -> None:
-    figure = elastoplastic.profile(pressed)
-    stored = pressed.profile()
+def test_profile_draws_the_components(loaded) -> None:
+    figure = elastoplastic.profile(loaded)
+    stored = loaded.profile()
     steps = {p.get_label(): p.get_data() for axes in figure.axes for p in axes.patches}
     np.testing.assert_allclose(steps["yield strength"].values, stored.strength / 1e9, rtol=1e-6)
     for axis, name in enumerate("xyz"):
@@ -156,36 +156,36 @@ def test_convergence_draws_every_iteration(released) -> None:
     assert set(tolerance.get_ydata()) == {released.tolerance}
 
 
-def test_convergence_shows_residuals_that_grow_at_first(pressed) -> None:
+def test_convergence_shows_residuals_that_grow_at_first(loaded) -> None:
     # Acceleration may raise the residual far above that of the first iteration.
-    step = dataclasses.replace(pressed.increments[0], residuals=(0.01, 0.5, 1e-5))
-    axes = elastoplastic.convergence(dataclasses.replace(pressed, increments=(step,))).axes[0]
+    step = dataclasses.replace(loaded.increments[0], residuals=(0.01, 0.5, 1e-5))
+    axes = elastoplastic.convergence(dataclasses.replace(loaded, increments=(step,))).axes[0]
     assert axes.get_ylim()[1] > 0.5
 
 
-def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released) -> None:
-    axes = elastoplastic.residual_displacement(pressed).axes[0]
+def test_displacement_is_centred_on_zero_and_shows_the_contact(loaded, released) -> None:
+    axes = elastoplastic.residual_displacement(loaded).axes[0]
     (image,) = axes.images
-    np.testing.assert_allclose(image.get_array(), 1e9 * pressed.residual_displacement)
+    np.testing.assert_allclose(image.get_array(), 1e9 * loaded.residual_displacement)
     low, high = image.get_clim()
     assert low == -high or low == 0
     (line,) = axes.collections
     pixels = np.array([np.mean(s, axis=0) for s in line.get_segments()])
-    touching = pressed.contact.contact
+    touching = loaded.contact.contact
     ends = np.flatnonzero(touching.any(axis=0))[[0, -1]] + [0, 1]
     assert [pixels[:, 0].min(), pixels[:, 0].max()] == pytest.approx((0.5 * ends).tolist())
     (line,) = elastoplastic.residual_displacement(released).axes[0].collections
     assert len(line.get_segments()) == 0
 
 
-def test_unconverged_result_is_marked(pressed) -> None:
-    stopped = dataclasses.replace(pressed, status="stopped before 9 N")
+def test_unconverged_result_is_marked(loaded) -> None:
+    stopped = dataclasses.replace(loaded, status="stopped before 9 N")
     for figure in every_figure(stopped):
         words = figure.get_suptitle() + "".join(axes.get_title() for axes in figure.axes)
         assert "NOT CONVERGED" in words
 
 
 @pytest.mark.parametrize("width", [0.0, -1e-6, np.inf, np.nan])
-def test_bad_widths(pressed, width: float) -> None:
+def test_bad_widths(loaded, width: float) -> None:
     with pytest.raises(InputError, match="width"):
-        elastoplastic.section(pressed, width=width)
+        elastoplastic.section(loaded, width=width)

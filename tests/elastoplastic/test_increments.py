@@ -48,7 +48,7 @@ def near(result: rc.ElastoplasticResult) -> float:
 
 
 @pytest.fixture(scope="module")
-def chosen() -> rc.ElastoplasticResult:
+def automatic() -> rc.ElastoplasticResult:
     return solve_elastoplastic(**sphere(12, 16), load=12 * FIRST)
 
 
@@ -57,9 +57,9 @@ def chosen() -> rc.ElastoplasticResult:
     ("ratio", "points", "steps"), [(12, 16, 32), pytest.param(40, 24, 64, marks=pytest.mark.slow)]
 )
 def test_the_estimate_is_the_error(
-    ratio: float, points: int, steps: int, chosen: rc.ElastoplasticResult
+    ratio: float, points: int, steps: int, automatic: rc.ElastoplasticResult
 ) -> None:
-    problem, found = sphere(ratio, points), chosen
+    problem, found = sphere(ratio, points), automatic
     if ratio != 12:
         problem["boundary"] = "free"
         found = solve_elastoplastic(**problem, load=ratio * FIRST)
@@ -80,12 +80,12 @@ def hardened() -> rc.ElastoplasticResult:
     return solve_elastoplastic(**sphere(4, 12, HARDENING), load=4 * FIRST)
 
 
-def test_elastic_run_takes_one_increment(chosen: rc.ElastoplasticResult) -> None:
+def test_elastic_run_takes_one_increment(automatic: rc.ElastoplasticResult) -> None:
     problem = sphere(12, 16)
     del problem["layers"]
-    released = solve_elastoplastic(**problem, loads=[0.0, 8 * FIRST], start=chosen)
-    assert len(released.increments) == len(chosen.increments) + 2
-    assert released.step_error == pytest.approx(chosen.step_error)
+    released = solve_elastoplastic(**problem, loads=[0.0, 8 * FIRST], start=automatic)
+    assert len(released.increments) == len(automatic.increments) + 2
+    assert released.step_error == pytest.approx(automatic.step_error)
     elastic = solve_elastoplastic(**sphere(12, 16), load=0.5 * FIRST)
     assert elastic.step_error == 0
     assert phrases.step_error(elastic) == "none"
@@ -104,19 +104,19 @@ def test_increments_shrink_with_error_estimate(
 
 
 @pytest.mark.slow
-def test_step_error_is_reported(chosen: rc.ElastoplasticResult, tmp_path: Path) -> None:
-    assert "of approach and contact area" in phrases.step_error(chosen)
-    assert quantity_of(contact_fields.VOLUME, "step_error").value(chosen) == chosen.step_error
-    assert json.loads(json.dumps(chosen.summary()))["step_error"] == chosen.step_error
+def test_step_error_is_reported(automatic: rc.ElastoplasticResult, tmp_path: Path) -> None:
+    assert "of approach and contact area" in phrases.step_error(automatic)
+    assert quantity_of(contact_fields.VOLUME, "step_error").value(automatic) == automatic.step_error
+    assert json.loads(json.dumps(automatic.summary()))["step_error"] == automatic.step_error
 
     def with_error(error: float | None) -> rc.ElastoplasticResult:
-        last = dataclasses.replace(chosen.increments[-1], step_error=error)
-        return dataclasses.replace(chosen, increments=(*chosen.increments[:-1], last))
+        last = dataclasses.replace(automatic.increments[-1], step_error=error)
+        return dataclasses.replace(automatic, increments=(*automatic.increments[:-1], last))
 
     assert "about 3 % of" in phrases.step_error(with_error(0.03))
     given = with_error(None)
     assert "not estimated" in phrases.step_error(given)
-    for result in (chosen, given):
+    for result in (automatic, given):
         result.save(tmp_path / "kept.nc")
         assert archive.load_elastoplastic(tmp_path / "kept.nc").increments == result.increments
 

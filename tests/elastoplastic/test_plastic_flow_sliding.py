@@ -35,7 +35,7 @@ def solve_sliding(
 
 def sliding_path(points: tuple[float, ...] = PLACES, sign: float = 1.0) -> list[rc.PathPoint]:
     direction = 0.0 if sign > 0 else 180.0
-    return [LINE.at(sign * x, FRICTION, direction) for x in points]
+    return [LINE.point_at(sign * x, FRICTION, direction) for x in points]
 
 
 def strain(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
@@ -52,8 +52,10 @@ def test_body_sliding_under_constant_load_yields_once() -> None:
     expected = np.roll(strain(alone), 6, axis=-1)
     np.testing.assert_allclose(strain(moved), expected, atol=2e-3 * largest)
     # One that rolls flows on the whole way.
-    rolled = solve_sliding(LINE.flat, ROLLER, [LINE.at(x) for x in (0, 3, 6)], "counter_material")
-    still = solve_sliding(LINE.flat, ROLLER, [LINE.at(0)], "counter_material")
+    rolled = solve_sliding(
+        LINE.flat, ROLLER, [LINE.point_at(x) for x in (0, 3, 6)], "counter_material"
+    )
+    still = solve_sliding(LINE.flat, ROLLER, [LINE.point_at(0)], "counter_material")
     assert rolled.plastic_volume > 1.2 * still.plastic_volume
 
 

@@ -276,10 +276,12 @@ def test_table_of_examples_counts_outcomes(tmp_path: Path) -> None:
     classic(tmp_path / "map.nc")
     (tmp_path / "words.txt").write_text("this is no map\n")
     paths = sorted(tmp_path.iterdir())
-    outcomes = [example_files.judged(path) for path in paths]
+    outcomes = [example_files.judge_file(path) for path in paths]
     hints = "read with unit um, size 1 mm x 1 mm"
     assert [outcome for outcome, _ in outcomes] == [hints, "read", f"{hints}, channel", "refused"]
-    assert example_files.counted(outcomes) == "of 4: 1 open alone, 2 with a hint, 1 do not open"
+    assert (
+        example_files.count_opened(outcomes) == "of 4: 1 open alone, 2 with a hint, 1 do not open"
+    )
     assert "'this' in line 1" in example_files.table(paths, outcomes, []).splitlines()[5]
     assert example_files.table(paths, outcomes, outcomes).splitlines()[2].count(hints) == 2
 

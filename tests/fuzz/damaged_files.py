@@ -36,13 +36,13 @@ import targets  # noqa: E402
 from targets import Target  # noqa: E402
 
 REFUSED = "refused"
-SAME = "read, nothing changed"
+UNCHANGED = "read, nothing changed"
 STATED = "read as its bytes now say"
 AGAIN = "solved again, same bits"
 SAID = "read, and said to be unproven"
 WRONG = "wrong"
 ABSENT = "absent"
-VERDICTS = (REFUSED, SAME, STATED, AGAIN, SAID, WRONG)
+VERDICTS = (REFUSED, UNCHANGED, STATED, AGAIN, SAID, WRONG)
 
 
 # Formats whose checksums are of the heights alone, and not of the scales.
@@ -166,10 +166,10 @@ def draw(order: Order, known: dict[str, Target], scratch: Path, outside: Path) -
         other = str(rng.choice(targets.other_suffixes(Path(file).suffix)))
     if other:
         return Damaged(target, file, content, f"called {other}", name=Path(file).stem + other)
-    return _drawn(rng, target, file, scratch, outside)
+    return _draw_damage(rng, target, file, scratch, outside)
 
 
-def _drawn(
+def _draw_damage(
     rng: np.random.Generator, target: Target, file: str, scratch: Path, outside: Path
 ) -> Damaged:
     """Return a file with damage of a kind that its format can have."""
@@ -282,7 +282,7 @@ def one(
     read = drawn.target.read(place, drawn.name or drawn.file)
     seconds, grown = time.perf_counter() - start, _memory(peak=True) - held
     sys.stdout.flush()
-    verdict, words = judged(drawn, original, read)
+    verdict, words = judge(drawn, original, read)
     faults = [words] if verdict == WRONG else []
     if os.lseek(noise, 0, os.SEEK_END) != length:
         faults.append(f"printed {printed(place.parent / 'noise', length)!r}")
@@ -330,7 +330,7 @@ def printed(noise: Path, start: int) -> bytes:
 # The judgment -------------------------------------------------------------------------------------
 
 
-def judged(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> tuple[str, str]:
+def judge(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> tuple[str, str]:
     """Return the verdict on a reading, and the error or message."""
     if read.raised:
         return WRONG, read.raised
@@ -344,7 +344,7 @@ def judged(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> 
         # Times differ, and a contact that is not solved yet has no values.
         changed = [n for n in changed if n in read.facts and not n.endswith("seconds")]
     if not changed:
-        return (AGAIN if read.again else SAME), ""
+        return (AGAIN if read.again else UNCHANGED), ""
     text = f"{len(changed)} of {len(names)} values changed, {', '.join(changed[:3])} among them"
     if drawn.target.unproven:
         return STATED, text
@@ -387,14 +387,14 @@ def _map(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> tu
         changed = ~((one.heights == two.heights) | (np.isnan(one.heights) & np.isnan(two.heights)))
         count = int(np.count_nonzero(changed))
         if not count:
-            return SAME, ""
+            return UNCHANGED, ""
         exact = sample.checked or drawn.sealed or drawn.moved
         limit = 0 if exact else _bytes_changed(drawn, sample.content)
         if count <= limit:
             return STATED, f"{count} heights changed"
     if drawn.name:
         wrong = differing(two, one)
-        return (WRONG, f"read as another map: {wrong}") if wrong else (SAME, "")
+        return (WRONG, f"read as another map: {wrong}") if wrong else (UNCHANGED, "")
     if read.said:
         return SAID, read.said
     reading = sample.structured if drawn.moved and sample.structured else sample.stated

@@ -46,7 +46,7 @@ _WORDS = (
 _NUMBER = re.compile(rb"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 _EMPTY = "left alone"
 # Size of a file that needs more memory than a machine has.
-_LARGEST = 60_000
+_MAX_POINTS = 60_000
 _BOMB = 4 * 2**30
 
 
@@ -268,7 +268,7 @@ def _members(content: bytes) -> list[tuple[zipfile.ZipInfo, bytes]]:
         return [(info, archive.read(info)) for info in archive.infolist()]
 
 
-def _packed(members: list[tuple[zipfile.ZipInfo, bytes]]) -> bytes:
+def _pack_members(members: list[tuple[zipfile.ZipInfo, bytes]]) -> bytes:
     import warnings
 
     stream = io.BytesIO()
@@ -292,7 +292,7 @@ def repacked(rng: Random, content: bytes, fields: Fields) -> Done:
         if inside
         else (_EMPTY, members[at])
     )
-    return f"{info.filename}: {words}", _packed(members)
+    return f"{info.filename}: {words}", _pack_members(members)
 
 
 def remembered(rng: Random, content: bytes, fields: Fields) -> Done:
@@ -301,19 +301,19 @@ def remembered(rng: Random, content: bytes, fields: Fields) -> Done:
     at, other = (int(number) for number in rng.integers(len(members), size=2))
     name, draw = members[at][0].filename, rng.random()
     if draw < 0.3:
-        return f"{name} is gone", _packed(members[:at] + members[at + 1 :])
+        return f"{name} is gone", _pack_members(members[:at] + members[at + 1 :])
     if draw < 0.5:
         info, inside = members[at]
         _, second = flipped(rng, inside, ()) if inside else ("", b"more")
-        return f"{name} twice, once damaged", _packed([*members, (info, second)])
+        return f"{name} twice, once damaged", _pack_members([*members, (info, second)])
     if draw < 0.7:
         new = zipfile.ZipInfo(str(_any(rng, ("../" + name, "/" + name, name.upper(), "x"))))
         new.compress_type = members[at][0].compress_type
         members[at] = (new, members[at][1])
-        return f"{name} is called {new.filename}", _packed(members)
+        return f"{name} is called {new.filename}", _pack_members(members)
     one, two = members[at], members[other]
     members[at], members[other] = (one[0], two[1]), (two[0], one[1])
-    return f"{name} and {two[0].filename} exchanged", _packed(members)
+    return f"{name} and {two[0].filename} exchanged", _pack_members(members)
 
 
 def bombed(rng: Random, content: bytes, fields: Fields) -> Done:
@@ -331,7 +331,7 @@ def bombed(rng: Random, content: bytes, fields: Fields) -> Done:
     size = 2**24
     zeros = block.compress(bytes(size)) + block.flush(zlib.Z_FULL_FLUSH)
     body = start + zeros * (_BOMB // size) + b"\x03\x00"
-    return f"{name} holds 4 GiB", _with_raw(_packed(members), name, body, _BOMB)
+    return f"{name} holds 4 GiB", _with_raw(_pack_members(members), name, body, _BOMB)
 
 
 def _with_raw(content: bytes, name: str, body: bytes, size: int) -> bytes:
@@ -366,7 +366,7 @@ def expanded(rng: Random, content: bytes, fields: Fields, outside: Path) -> Done
     entity = b">&outside;<" if rng.random() < 0.5 else b">&j;<"
     body = re.sub(mark, entity, body, count=1)
     members[at] = (info, head + body)
-    return f"{info.filename} with entities", _packed(members)
+    return f"{info.filename} with entities", _pack_members(members)
 
 
 ARCHIVE = (repacked, repacked, remembered)
@@ -478,7 +478,7 @@ def _replaced(file: h5py.File, name: str, **options: Any) -> None:
 
 
 def _grown(rng: Random, file: h5py.File, outside: Path) -> str:
-    shape = (_LARGEST, _LARGEST)
+    shape = (_MAX_POINTS, _MAX_POINTS)
     maps = [name for name in _variables(file) if file[name].ndim == 2]
     if not maps:
         raise ValueError("no maps")
@@ -492,7 +492,7 @@ def _grown(rng: Random, file: h5py.File, outside: Path) -> str:
             compression="gzip",
             fillvalue=1,
         )
-    return f"{len(maps)} maps of {_LARGEST} × {_LARGEST} points"
+    return f"{len(maps)} maps of {_MAX_POINTS} × {_MAX_POINTS} points"
 
 
 def _outside(rng: Random, file: h5py.File, outside: Path) -> str:

@@ -30,7 +30,7 @@ ALONE, REFUSED = "read", "refused"
 Outcome = tuple[str, str]
 
 
-def judged(path: Path) -> Outcome:
+def judge_file(path: Path) -> Outcome:
     """Return how a file is read, and what is in it or why it is not."""
     try:
         return ALONE, _shape(read_surface(path))
@@ -39,7 +39,7 @@ def judged(path: Path) -> Outcome:
     except InputError as error:
         first = str(error)
     for given in HINTS:
-        for channel in (None, *range(len(_listed(path)))):
+        for channel in (None, *range(len(_list_channels(path)))):
             try:
                 surface = read_surface(path, channel=channel, **given)  # type: ignore[arg-type]
             except RoughcontactError:
@@ -54,7 +54,7 @@ def _shape(surface: object) -> str:
     return repr(surface.shape)[1:-1].replace(",", " ×")  # type: ignore[attr-defined]
 
 
-def _listed(path: Path) -> tuple[object, ...]:
+def _list_channels(path: Path) -> tuple[object, ...]:
     try:
         return channels(path)
     except RoughcontactError:
@@ -69,7 +69,7 @@ def elsewhere(source: Path, paths: Sequence[Path]) -> list[Outcome]:
     return [(outcome, text) for outcome, text in json.loads(done.stdout)]
 
 
-def counted(outcomes: Iterable[Outcome]) -> str:
+def count_opened(outcomes: Iterable[Outcome]) -> str:
     """Return how many files open."""
     kinds = [kind for kind, _ in outcomes]
     alone, refused = kinds.count(ALONE), kinds.count(REFUSED)
@@ -96,7 +96,7 @@ def main() -> None:
     asked = parser.parse_args()
     found = (p for folder in asked.folders for p in (folder, *folder.rglob("*")) if p.is_file())
     paths = sorted(found)
-    outcomes = [judged(path) for path in paths]
+    outcomes = [judge_file(path) for path in paths]
     if asked.json:
         print(json.dumps(outcomes))
         return
@@ -104,8 +104,8 @@ def main() -> None:
     print(table(paths, outcomes, before))
     print()
     if before:
-        print("before,", counted(before))
-    print("now," if before else "", counted(outcomes))
+        print("before,", count_opened(before))
+    print("now," if before else "", count_opened(outcomes))
 
 
 if __name__ == "__main__":

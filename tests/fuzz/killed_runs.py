@@ -282,7 +282,7 @@ def files_of(folder: Path) -> dict[str, Path]:
     }
 
 
-def held(path: Path, folder: Path) -> dict[str, str]:
+def read_content(path: Path, folder: Path) -> dict[str, str]:
     """Return the content of a file without times."""
     return {name: normalize_text(text, folder) for name, text in items_of_file(path).items()}
 
@@ -296,7 +296,7 @@ def reference(name: str, folder: Path) -> Reference:
     seconds = time.perf_counter() - began
     if process.returncode:
         raise RuntimeError(f"{name} ends with {process.returncode}: {errors.decode()}")
-    files = {file: held(path, folder) for file, path in files_of(folder).items()}
+    files = {file: read_content(path, folder) for file, path in files_of(folder).items()}
     began = time.perf_counter()
     started("--version", folder).communicate()
     begins = time.perf_counter() - began
@@ -329,7 +329,7 @@ class Case:
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(self.old(name))
 
-    def kept(self) -> int:
+    def count_steps(self) -> int:
         """Return the number of complete steps."""
         steps = self.command.steps
         return len(list(self.folder.glob(steps))) if steps else 0
@@ -350,7 +350,7 @@ class Case:
 
     def _compare(self, after: str, name: str, path: Path) -> None:
         try:
-            found = held(path, self.folder)
+            found = read_content(path, self.folder)
         except Exception as error:
             self.faults.append(f"{after} {name} cannot be read ({type(error).__name__})")
             return
@@ -406,7 +406,7 @@ def killed(case: Case) -> Outcome:
     if kill.steps:
         what += f" and step {kill.steps}"
     ended = True
-    while case.kept() < kill.steps and process.poll() is None:
+    while case.count_steps() < kill.steps and process.poll() is None:
         time.sleep(0.0005)
     try:
         process.wait(moment)
@@ -421,7 +421,7 @@ def killed(case: Case) -> Outcome:
             case.look_at_end(process.returncode, errors)
         ended = done
     case.look_at_files("killed,", strict=kill.number != signal.SIGKILL)
-    kept = case.kept()
+    kept = case.count_steps()
     case.end()
     verdict = WRONG if case.faults else ENDED if ended else RESUMED
     return Outcome(

@@ -402,7 +402,7 @@ def run(folder: Path, size: int, seed: int, processes: int, again: bool) -> None
         importlib.import_module(name)
     covered = Covered(folder)
     results = folder / "results.jsonl"
-    done = {_which(one) for one in _kept(results).values() if one["by"] or not again}
+    done = {_which(one) for one in _read_outcomes(results).values() if one["by"] or not again}
     drawn = sample(size, seed, folder / "sample.json")
     left = [mutant for mutant in drawn if _which(asdict(mutant)) not in done]
     free = [_copied(folder / f"tree{number}") for number in range(processes)]
@@ -441,7 +441,7 @@ def _which(one: dict[str, Any]) -> _Which:
     return one["module"], one["operator"], one["occurrence"]
 
 
-def _kept(results: Path) -> dict[_Which, dict[str, Any]]:
+def _read_outcomes(results: Path) -> dict[_Which, dict[str, Any]]:
     """Return the final outcome of each mutant, and whether it survived at first."""
     kept: dict[_Which, dict[str, Any]] = {}
     for line in results.read_text(encoding="utf-8").splitlines() if results.exists() else ():
@@ -451,9 +451,9 @@ def _kept(results: Path) -> dict[_Which, dict[str, Any]]:
     return kept
 
 
-def tell(folder: Path, write: bool) -> None:
+def print_killed(folder: Path, write: bool) -> None:
     """Print the killed mutants of each layer and the survivors; write the former into a page."""
-    found = list(_kept(folder / "results.jsonl").values())
+    found = list(_read_outcomes(folder / "results.jsonl").values())
     of = json.loads((folder / "sample.json").read_text(encoding="utf-8"))
     once = sum(not one["survived"] for one in found)
     late = sum(bool(one["by"]) for one in found) - once
@@ -496,7 +496,7 @@ def main() -> None:
     if given.task == "cover":
         cover(folder, extra)
     elif given.task == "report":
-        tell(folder, given.write)
+        print_killed(folder, given.write)
     else:
         run(folder, given.size, given.seed, given.processes, given.task == "again")
 

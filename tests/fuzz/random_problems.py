@@ -44,7 +44,7 @@ VERDICTS = (CERTIFIED, REFUSED, ROUNDED, GAVE_UP, WRONG)
 # Of every thousand seeds the first half are ordinary problems, the second half extreme ones.
 THOUSAND = 1000
 # Points along the longer side.
-LARGEST = 1024
+MAX_POINTS = 1024
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ def run(seeds: Sequence[int], every: bool = False) -> list[Outcome]:
     """Attempt problems one after the other; print what was not as it should be, or all."""
     outcomes = []
     for number, seed in enumerate(seeds, start=1):
-        outcomes.append(attempt(draw(seed, LARGEST)))
+        outcomes.append(attempt(draw(seed, MAX_POINTS)))
         if every or outcomes[-1].verdict in (GAVE_UP, WRONG):
             print(outcomes[-1], flush=True)
         elif number % 100 == 0:

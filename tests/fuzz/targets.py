@@ -224,7 +224,7 @@ def _curve(folder: Path, progress: Any = None) -> rc.results.LoadCurve:
     return rc.sweep(_rough(), material=STEEL, loads=LOADS, folder=folder, progress=progress)
 
 
-def _pressed(folder: Path, progress: Any = None) -> rc.ElastoplasticResult:
+def _solve_ball(folder: Path, progress: Any = None) -> rc.ElastoplasticResult:
     return rc.solve_elastoplastic(
         _ball(),
         material=STEEL,
@@ -256,7 +256,7 @@ def prepare(folder: Path) -> None:
     )
     dataclasses.replace(bodies, seconds=0.25).save(results / "bodies.nc")
     _curve(folder / "sweep" / "kept")
-    volume = _pressed(folder / "volume steps" / "kept")
+    volume = _solve_ball(folder / "volume steps" / "kept")
     dataclasses.replace(volume, seconds=0.25).save(results / "volume.nc")
     _run_project(folder / "project")
     # Numbers that would pass for heights, in files that no one is asked to read.
@@ -288,22 +288,22 @@ def load(prepared: Path) -> dict[str, Target]:
     """Return the targets that are here; `prepare` has made what they are of."""
     with tempfile.TemporaryDirectory() as folder:
         maps = [*samples.made(Path(folder)), *samples.saved(Path(folder))]
-    found = {sample.name: _of_sample(sample) for sample in (*maps, *samples.measured())}
+    found = {sample.name: _make_sample_target(sample) for sample in (*maps, *samples.measured())}
     for file in ("contact.nc", "bodies.nc", "volume.nc"):
-        found[file] = _of_result(file, file, prepared, rc.read_result)
+        found[file] = _make_result_target(file, file, prepared, rc.read_result)
     from roughcontact.contact.archive import load_contact
 
-    found["volume.nc, its contact"] = _of_result(
+    found["volume.nc, its contact"] = _make_result_target(
         "volume.nc, its contact", "volume.nc", prepared, load_contact
     )
-    found["contact.nc, its map"] = _of_result(
+    found["contact.nc, its map"] = _make_result_target(
         "contact.nc, its map", "contact.nc", prepared, rc.read_surface
     )
-    found["sweep"] = _of_folder("sweep", prepared / "sweep", _read_sweep, ("kept",))
+    found["sweep"] = _make_folder_target("sweep", prepared / "sweep", _read_sweep, ("kept",))
     steps = prepared / "volume steps"
-    found["volume steps"] = _of_folder("volume steps", steps, _read_steps, ("kept",))
+    found["volume steps"] = _make_folder_target("volume steps", steps, _read_steps, ("kept",))
     files = _files(prepared / "project")
-    found["project"] = _of_folder(
+    found["project"] = _make_folder_target(
         "project", prepared / "project", functools.partial(_read_project, files), ("results",)
     )
     text = {"project.toml": _PROJECT.encode(), "rough.npy": files["rough.npy"]}
@@ -321,7 +321,7 @@ def _files(folder: Path) -> dict[str, bytes]:
     }
 
 
-def _of_sample(sample: Sample) -> Target:
+def _make_sample_target(sample: Sample) -> Target:
     if sample.stated is None:
         # The counts of this one are known from its own reading only.
         def stated(content: bytes) -> Plain:
@@ -344,12 +344,14 @@ def _of_sample(sample: Sample) -> Target:
     return target
 
 
-def _of_result(name: str, file: str, prepared: Path, read: Callable[[Path], Any]) -> Target:
+def _make_result_target(
+    name: str, file: str, prepared: Path, read: Callable[[Path], Any]
+) -> Target:
     content = (prepared / "results" / file).read_bytes()
     return Target(name, {file: content}, (file,), functools.partial(_read_result, read))
 
 
-def _of_folder(
+def _make_folder_target(
     name: str, folder: Path, read: Callable[[Path, str], Reading], kept: tuple[str, ...]
 ) -> Target:
     files = _files(folder)
@@ -410,12 +412,12 @@ def _read_result(read: Callable[[Path], Any], folder: Path, file: str) -> Readin
 def _read_sweep(folder: Path, file: str) -> Reading:
     solved: list[object] = []
 
-    def look(at: Progress) -> None:
+    def record_step(at: Progress) -> None:
         if not at.kept:
             solved.append(at)
 
     def work() -> Reading:
-        curve = _curve(folder / "kept", look)
+        curve = _curve(folder / "kept", record_step)
         return Reading(facts=facts(curve), again=bool(solved), said=said(curve))
 
     return _reading(work)
@@ -424,12 +426,12 @@ def _read_sweep(folder: Path, file: str) -> Reading:
 def _read_steps(folder: Path, file: str) -> Reading:
     solved: list[object] = []
 
-    def look(at: Progress) -> None:
+    def record_step(at: Progress) -> None:
         if not at.kept:
             solved.append(at)
 
     def work() -> Reading:
-        result = _pressed(folder / "kept", look)
+        result = _solve_ball(folder / "kept", record_step)
         return Reading(facts=facts(result), again=bool(solved), said=said(result))
 
     return _reading(work)

@@ -12,7 +12,7 @@ import pytest
 
 import damaged_files
 import targets
-from damaged_files import REFUSED, SAME, STATED, WRONG, Damaged, Order, Worker
+from damaged_files import REFUSED, STATED, UNCHANGED, WRONG, Damaged, Order, Worker
 from plain import Plain
 from targets import Reading
 
@@ -219,9 +219,9 @@ def test_the_judge_sees_other_scales(known: dict[str, targets.Target]) -> None:
     plain = original.plain
 
     def verdict(read: Plain, drawn: Damaged = whole) -> str:
-        return damaged_files.judged(drawn, original, Reading(plain=read))[0]
+        return damaged_files.judge(drawn, original, Reading(plain=read))[0]
 
-    assert verdict(plain) == SAME
+    assert verdict(plain) == UNCHANGED
     dy, dx = plain.pixel
     for other in (
         Plain(plain.heights, (dx, dy)),
@@ -247,8 +247,8 @@ def test_the_judge_sees_other_scales(known: dict[str, targets.Target]) -> None:
     one[0, 0] *= 3
     assert verdict(Plain(one, plain.pixel), archive) == WRONG
     for message in ("two\nlines", "another.npy is bad", "made.npy (MemoryError)"):
-        assert damaged_files.judged(whole, original, Reading(refused=message))[0] == WRONG
-    assert damaged_files.judged(whole, original, Reading(refused="made.npy is bad"))[0] == REFUSED
+        assert damaged_files.judge(whole, original, Reading(refused=message))[0] == WRONG
+    assert damaged_files.judge(whole, original, Reading(refused="made.npy is bad"))[0] == REFUSED
 
 
 def test_the_judge_sees_silent_changes(known: dict[str, targets.Target]) -> None:
@@ -256,9 +256,9 @@ def test_the_judge_sees_silent_changes(known: dict[str, targets.Target]) -> None
     original = Reading(facts={"load": (1.0).hex(), "seconds": "1"})
 
     def verdict(**changes: object) -> str:
-        return damaged_files.judged(drawn, original, replace(original, **changes))[0]  # type: ignore[arg-type]
+        return damaged_files.judge(drawn, original, replace(original, **changes))[0]  # type: ignore[arg-type]
 
-    assert verdict() == SAME
+    assert verdict() == UNCHANGED
     other = {"load": float(np.nextafter(1.0, 2)).hex(), "seconds": "1"}
     assert verdict(facts=other) == WRONG
     assert verdict(facts=other, again=True) == WRONG

@@ -39,7 +39,7 @@ BLAS = {
 }
 
 # Functions that may, and why it is never much: module -> function -> reason.
-FEW = {
+ALLOWED_PRODUCTS = {
     "contact.archive": {"verify_solution": "a gap that is compared with a bound only"},
     "analyses.leak.fluid_load": dict.fromkeys(
         ("nominal_contact", "_covered_part"), "a curvature of two by two"
@@ -109,7 +109,7 @@ def products(path):
 def test_large_products_do_not_use_blas():
     found = {module: set(products(path)) for module, path in layers.module_paths().items()}
     assert {module: names for module, names in found.items() if names} == {
-        module: set(names) for module, names in FEW.items()
+        module: set(names) for module, names in ALLOWED_PRODUCTS.items()
     }
 
 

@@ -11,7 +11,7 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace import fft, stress, stress_kernels, stress_summary, tensors
 
 PIXEL = (0.8, 1.3)
-ODD = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
+PARITIES = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
 FRICTIONS = [(0.0, 0.0), (0.3, 0.0), (0.4, math.pi / 2), (0.2, 2.0)]
 
 
@@ -27,10 +27,10 @@ def direct(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     ny, nx = pressure.shape
     pulls = {"x": friction * math.cos(direction), "y": friction * math.sin(direction)}
     normal = stress_kernels.stress_coefficients(pressure.shape, pixel, depth, poisson)
-    tables = [all_offsets(normal[n], odd) for n, odd in enumerate(ODD)]
+    tables = [all_offsets(normal[n], odd) for n, odd in enumerate(PARITIES)]
     for axis, share in pulls.items():
         pulled = stress_kernels.stress_coefficients(pressure.shape, pixel, depth, poisson, axis)
-        for n, (y, x) in enumerate(ODD):
+        for n, (y, x) in enumerate(PARITIES):
             odd = (y ^ (axis == "y"), x ^ (axis == "x"))
             tables[n] = tables[n] + share * all_offsets(pulled[n], odd)
     return np.array(
@@ -49,7 +49,7 @@ def waves(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     parts = np.array(stress_kernels.waves(ky[:, None], kx, depth, poisson, pulls))
     found = np.zeros((6, ny, nx))
     for load, flip in enumerate([(0, 0), (0, 1), (1, 0)]):
-        for n, (y, x) in enumerate(ODD):
+        for n, (y, x) in enumerate(PARITIES):
             odd = (y ^ flip[0], x ^ flip[1])
             symbol = (-1j) ** sum(odd) * parts[6 * load + n]
             # The lone wave of two points a period carries no sine.

@@ -112,7 +112,7 @@ def has_origin(quantity: Quantity, section: str, known: Set[float]) -> bool:
 
 
 @cache
-def without_origin(page: Path) -> list[Quantity]:
+def find_unsupported(page: Path) -> list[Quantity]:
     """Return the quantities of a page that nothing on it supports."""
     text = page.read_text(encoding="utf-8")
     known = values("".join(found[0] for form in (_MADE, _CODE) for found in form.finditer(text)))
@@ -124,7 +124,7 @@ def without_origin(page: Path) -> list[Quantity]:
     ]
 
 
-def listed() -> dict[tuple[str, str], str]:
+def read_origins() -> dict[tuple[str, str], str]:
     """Return the origins of the table by page and quantity."""
     with TABLE.open(encoding="utf-8") as stream:
         rows = list(csv.reader(stream, delimiter="\t"))[1:]
@@ -134,8 +134,8 @@ def listed() -> dict[tuple[str, str], str]:
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
 def test_numbers_of_page_have_an_origin(page: Path) -> None:
     name = page.relative_to(ROOT).as_posix()
-    found = {(name, str(quantity)) for quantity in without_origin(page)}
-    assert sorted(found - listed().keys()) == []
+    found = {(name, str(quantity)) for quantity in find_unsupported(page)}
+    assert sorted(found - read_origins().keys()) == []
 
 
 def test_table_lists_only_numbers_of_pages() -> None:
@@ -143,13 +143,13 @@ def test_table_lists_only_numbers_of_pages() -> None:
     found = {
         (name, str(quantity))
         for name, page in zip(pages, PAGES, strict=True)
-        for quantity in without_origin(page)
+        for quantity in find_unsupported(page)
     }
-    assert sorted(listed().keys() - found) == []
+    assert sorted(read_origins().keys() - found) == []
 
 
 def test_listed_files_contain_their_numbers() -> None:
-    for (_, quantity), origin in listed().items():
+    for (_, quantity), origin in read_origins().items():
         # Other origins are sentences.
         if " " not in origin:
             number = quantity.partition(" ")[0]
@@ -170,4 +170,4 @@ def test_listed_files_contain_their_numbers() -> None:
 def test_number_without_origin_is_found(text: str, missing: list[str], tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(text, encoding="utf-8")
-    assert list(map(str, without_origin(page))) == missing
+    assert list(map(str, find_unsupported(page))) == missing

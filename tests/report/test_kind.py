@@ -73,18 +73,18 @@ def ball(points: int = 24, radius: float = 1e-2, side: float = 4e-4) -> rc.Surfa
 
 
 @pytest.fixture(scope="module")
-def solved() -> rc.ContactResult:
+def contact_result() -> rc.ContactResult:
     return rc.solve(ball(), material=STEEL, load=20.0)
 
 
 @pytest.fixture(scope="module")
-def pressed() -> rc.ElastoplasticResult:
+def volume_result() -> rc.ElastoplasticResult:
     return rc.solve_elastoplastic(ball(16), material=STEEL, load=80.0, increments=2, tolerance=1e-2)
 
 
 @pytest.fixture(scope="module")
-def below(solved: rc.ContactResult) -> rc.results.StressResult:
-    return rc.subsurface_stress(solved)
+def stress_result(contact_result: rc.ContactResult) -> rc.results.StressResult:
+    return rc.subsurface_stress(contact_result)
 
 
 @pytest.fixture(scope="module")
@@ -113,9 +113,9 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
 
 
 TABLES: dict[str, type[Presentation]] = {
-    "solved": contact.ContactPresentation,
-    "pressed": elastoplastic.VolumePresentation,
-    "below": subsurface_stress.StressPresentation,
+    "contact_result": contact.ContactPresentation,
+    "volume_result": elastoplastic.VolumePresentation,
+    "stress_result": subsurface_stress.StressPresentation,
     "history": history_report.HistoryPresentation,
     "curve": curves.CurvePresentation,
 }
@@ -141,13 +141,15 @@ def test_new_quantity_appears_in_all_outputs(
 
 
 def test_a_quantity_of_a_result_is_in_its_record(
-    solved: rc.ContactResult, pressed: rc.ElastoplasticResult, monkeypatch: pytest.MonkeyPatch
+    contact_result: rc.ContactResult,
+    volume_result: rc.ElastoplasticResult,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     added = Quantity("answer", "answer", of=lambda _: 42)
-    tell_more(monkeypatch, "solved", table=added)
-    tell_more(monkeypatch, "pressed", table=added)
-    assert files.result_record(solved)["answer"] == 42
-    assert files.result_record(pressed)["volume"]["answer"] == 42
+    tell_more(monkeypatch, "contact_result", table=added)
+    tell_more(monkeypatch, "volume_result", table=added)
+    assert files.result_record(contact_result)["answer"] == 42
+    assert files.result_record(volume_result)["volume"]["answer"] == 42
 
 
 @pytest.mark.parametrize(
@@ -211,10 +213,12 @@ def test_keys_are_unique_and_shown_quantities_have_names(
     assert {quantity.part for quantity in table} <= {PROBLEM, ANSWER, TRUST, HEADLINE}
 
 
-def test_missing_quantity_of_one_result_is_marked(solved: rc.ContactResult) -> None:
+def test_missing_quantity_of_one_result_is_marked(contact_result: rc.ContactResult) -> None:
     values = {
         row.key: texts
-        for row, texts in side_by_side(contact_fields.CONTACT, [solved.elastic(), solved])
+        for row, texts in side_by_side(
+            contact_fields.CONTACT, [contact_result.elastic(), contact_result]
+        )
     }
     assert values["saturated_fraction"][0] == ABSENT
     assert values["saturated_fraction"][1].endswith("%")
@@ -222,12 +226,14 @@ def test_missing_quantity_of_one_result_is_marked(solved: rc.ContactResult) -> N
 
 
 def test_friction_is_shown_with_its_direction_or_omitted(
-    solved: rc.ContactResult, below: rc.results.StressResult
+    contact_result: rc.ContactResult, stress_result: rc.results.StressResult
 ) -> None:
-    rubbed = rc.subsurface_stress(solved, [1e-5], friction=0.2, direction=90.0)
+    rubbed = rc.subsurface_stress(contact_result, [1e-5], friction=0.2, direction=90.0)
     values = {row.key: row.text for row in presentation_of(rubbed).rows()}
     assert (values["friction"], values["direction"]) == ("0.2", "90°")
-    assert {"friction", "direction"}.isdisjoint(row.key for row in presentation_of(below).rows())
+    assert {"friction", "direction"}.isdisjoint(
+        row.key for row in presentation_of(stress_result).rows()
+    )
 
 
 def test_delegated_quantity_reads_part_of_result() -> None:
@@ -306,7 +312,7 @@ def test_roughness_of_file_is_shown_with_and_without_plane() -> None:
 
 
 def test_figures_are_named_after_those_of_the_report(
-    solved: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
+    contact_result: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     offered = (
         solve.TASK.figures({solve.MODEL: None}),
@@ -325,9 +331,9 @@ def test_figures_are_named_after_those_of_the_report(
 
     added = figures.Illustration("sketch", sketch, "A sketch of it.")
     monkeypatch.setattr(contact.ContactPresentation, "figures", (*figures.CONTACT, added))
-    assert "A sketch of it." in text_of(presentation_of(solved).render())
-    presentation_of(solved).drawings()["sketch"]()
-    assert drawn == [solved, solved]
+    assert "A sketch of it." in text_of(presentation_of(contact_result).render())
+    presentation_of(contact_result).drawings()["sketch"]()
+    assert drawn == [contact_result, contact_result]
 
 
 def test_a_table_for_everything_that_has_a_summary() -> None:

@@ -30,10 +30,10 @@ from roughcontact.theory import height_distribution
 Capture = pytest.CaptureFixture[str]
 
 PIXEL = (1e-6, 1e-6)
-SMALL = (128, 160)
+SHAPE = (128, 160)
 
 
-def make_map(shape: tuple[int, int] = SMALL, **asked: Any) -> rc.Surface:
+def make_map(shape: tuple[int, int] = SHAPE, **asked: Any) -> rc.Surface:
     return rc.generate(shape, PIXEL, **{"Sq": "0.5 um", "Sal": "5 um", **asked})
 
 
@@ -67,7 +67,7 @@ def test_generated_map_has_requested_parameters(asked: dict[str, Any]) -> None:
 
 
 def test_map_with_requested_parameters_is_not_corrected() -> None:
-    spectrum_asked = Spectrum(SMALL, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
+    spectrum_asked = Spectrum(SHAPE, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
     heights = make_map(Str=0.5).heights
     Sal, Str, _ = spectrum.texture(heights, PIXEL)
     asked = generation._Request(

@@ -470,7 +470,7 @@ def test_more_passes_resume_in_same_folder(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def found() -> LoadHistory:
+def two_passes() -> LoadHistory:
     return history(
         rough(32),
         repeat_stages([0.5, 1.0, 0.0], 2, (2 * 100e-6 / 32, 0.0)),
@@ -479,8 +479,8 @@ def found() -> LoadHistory:
     )
 
 
-def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> None:
-    found.save(tmp_path / "history.csv")
+def test_saved_csv_keeps_every_number(two_passes: LoadHistory, tmp_path: Path) -> None:
+    two_passes.save(tmp_path / "history.csv")
     with (tmp_path / "history.csv").open(newline="", encoding="utf-8") as stream:
         head, *rows = csv.reader(stream)
     columns = [column for column in history_report.HISTORY_COLUMNS if column.stored]
@@ -488,31 +488,31 @@ def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> Non
     names = [field.name for field in dataclasses.fields(HistoryStep)]
     assert [column.key for column in columns] == names
     for number, name in enumerate(names):
-        assert [float(row[number]) for row in rows] == found.column(name).tolist()
+        assert [float(row[number]) for row in rows] == two_passes.column(name).tolist()
 
 
-def test_saved_json_holds_dissipated_energy(found: LoadHistory, tmp_path: Path) -> None:
-    found.save(tmp_path / "history.json")
+def test_saved_json_holds_dissipated_energy(two_passes: LoadHistory, tmp_path: Path) -> None:
+    two_passes.save(tmp_path / "history.json")
     read = json.loads((tmp_path / "history.json").read_text(encoding="utf-8"))
-    assert read == found.summary()
+    assert read == two_passes.summary()
     assert read["steps"]["shift_y"] == [0, 0, 0, *[2 * 100e-6 / 32] * 3]
     assert read["dissipated_energy"] == pytest.approx(3e9 * read["indentation_volume"], rel=1e-12)
     assert "no pile-up" in read["volume_account"]
     with pytest.raises(rc.InputError, match=r"\.xlsx or \.json"):
-        found.save(tmp_path / "history.txt")
+        two_passes.save(tmp_path / "history.txt")
     assert [path.name for path in tmp_path.iterdir()] == ["history.json"]
 
 
-def test_residual_surface_is_a_surface_like_any_other(found: LoadHistory) -> None:
-    assert found.residual.shape == (32, 32)
-    assert found.residual.provenance.steps[-1].startswith("indented: by up to")
-    again = rc.solve(found.residual, material=STEEL, load=0.5)
+def test_residual_surface_is_a_surface_like_any_other(two_passes: LoadHistory) -> None:
+    assert two_passes.residual.shape == (32, 32)
+    assert two_passes.residual.provenance.steps[-1].startswith("indented: by up to")
+    again = rc.solve(two_passes.residual, material=STEEL, load=0.5)
     assert again.converged
-    approach, load = found.hysteresis
+    approach, load = two_passes.hysteresis
     assert load.tolist() == [0.5, 1.0, 0.0] * 2
     assert approach.shape == (6,)
     with pytest.raises(rc.InputError, match="name must be one of"):
-        found.column("colour")
+        two_passes.column("colour")
 
 
 # --- bad input -------------------------------------------------------------------------------

@@ -33,10 +33,10 @@ def strain_of(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
 
 def test_reciprocating_pass_without_yield_is_elastic() -> None:
     line = Line(2.0)
-    result = line.solved([line.at(x) for x in (0, 5, 9.5, 5, 0)], tolerance=1e-8)
+    result = line.solve_path([line.point_at(x) for x in (0, 5, 9.5, 5, 0)], tolerance=1e-8)
     assert result.plastic_volume == 0
     assert not result.residual_displacement.any()
-    alone = line.solved([line.at(0)], tolerance=1e-8)
+    alone = line.solve_path([line.point_at(0)], tolerance=1e-8)
     largest = alone.solution.pressure.max()
     # The tolerance of the contact follows that of the strain.
     np.testing.assert_allclose(
@@ -51,8 +51,8 @@ def test_reciprocating_pass_without_yield_is_elastic() -> None:
 @pytest.mark.long
 def test_result_is_independent_of_start_position() -> None:
     line = Line(4.3, half_width=5, points=32)
-    first = line.solved([line.at(x) for x in (0, 3, 6)])
-    later = line.solved([line.at(x) for x in (10, 13, 16)])
+    first = line.solve_path([line.point_at(x) for x in (0, 3, 6)])
+    later = line.solve_path([line.point_at(x) for x in (10, 13, 16)])
     moved = np.roll(first.bodies[0].plastic_strain, 10, axis=-1)
     np.testing.assert_allclose(
         later.bodies[0].plastic_strain, moved, atol=1e-5 * first.max_plastic_strain
@@ -64,7 +64,7 @@ def test_friction_shears_along_its_direction() -> None:
     line = Line(3.5, half_width=6, points=48)
     found = {}
     for direction in (0.0, 90.0, 180.0):
-        result = line.solved([line.at(0, 0.3, direction)])
+        result = line.solve_path([line.point_at(0, 0.3, direction)])
         found[direction] = (strain_of(result) * line.layers[:, None, None, None, None]).sum(0)
     along, across, back = found[0.0], found[90.0], found[180.0]
     # The body is dragged along: its surface moves with the traction, u' = 2 ε_xz < 0 with depth.
@@ -84,7 +84,7 @@ def test_equal_rolling_bodies_yield_equally() -> None:
         material=line.steel,
         counter_material=line.steel,
         counter_surface=roller,
-        path=[line.at(x) for x in (0, 3, 6)],
+        path=[line.point_at(x) for x in (0, 3, 6)],
         boundary="periodic",
         layers=line.layers,
         precision="double",
@@ -97,7 +97,7 @@ def test_equal_rolling_bodies_yield_equally() -> None:
 @pytest.mark.long
 def test_path_appears_in_listing_report_and_script(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
-    result = line.solved([line.at(x, 0.1, 180.0) for x in (0, 3)], None, "single", 1e-3)
+    result = line.solve_path([line.point_at(x, 0.1, 180.0) for x in (0, 3)], None, "single", 1e-3)
     text = str(presentation_of(result).listing(brief=True))
     assert "moved along x" in text
     assert "180 degree" in text
@@ -122,14 +122,14 @@ def test_path_appears_in_listing_report_and_script(tmp_path: Path) -> None:
 def test_bad_paths(path: list[rc.PathPoint], words: str) -> None:
     line = Line(3.0, points=32)
     with pytest.raises(InputError, match=words):
-        line.solved(path)
+        line.solve_path(path)
 
 
 def test_invalid_paths_raise_input_error() -> None:
     line = Line(3.0, points=32)
     options = dict(material=line.steel, boundary="periodic")
     with pytest.raises(InputError, match="moves a counter-surface, but the counter-body is flat"):
-        rc.solve_elastoplastic(line.flat, path=[line.at(1)], **options)
+        rc.solve_elastoplastic(line.flat, path=[line.point_at(1)], **options)
     with pytest.raises(InputError, match="load must be finite and not negative"):
         rc.PathPoint(-1.0)
     with pytest.raises(InputError, match="offset must be two finite numbers"):
@@ -196,7 +196,7 @@ def test_reciprocating_elastic_pass_has_expected_offsets() -> None:
 )
 def test_answers(flows: list[float], gains: list[float], answer: str) -> None:
     line = Line(1.5, half_width=5, points=40)
-    result = line.solved([line.at(0)])
+    result = line.solve_path([line.point_at(0)])
     passes = tuple(
         Pass(flow, gain, 1e9, 0.0, 0.0, 0.0) for flow, gain in zip(flows, gains, strict=True)
     )
@@ -374,7 +374,7 @@ def test_limit_with_separate_dents_raises_input_error() -> None:
 )
 def test_sliding_along_roller_axis_gives_caution(axis, direction, slides) -> None:
     line = Line(1.5, half_width=5, points=40)
-    result = line.solved([line.at(0)])
+    result = line.solve_path([line.point_at(0)])
     found = RollingResult(result, (Pass(0.0, 0.0, 1e9, 0, 0, 0),), direction, axis=axis)
     assert (CautionTag.CYLINDER_SLIDES in cautions_of(found)) == slides
 
@@ -412,7 +412,7 @@ def test_axis_is_known_for_nominal_cylinders_only() -> None:
 )
 def test_the_half_width_is_that_of_the_patch_round_the_period(boundary, direction, pixels) -> None:
     line = Line(1.5, half_width=5, points=32)
-    result = line.solved([line.at(0)])
+    result = line.solve_path([line.point_at(0)])
     pressure = np.zeros((8, 32))
     # Spots with gaps between them, across the edge of the period.
     pressure[3, [30, 31, 0]] = pressure[6, [2, 4]] = 1e8

@@ -69,7 +69,7 @@ def test_first_yield_of_a_line_contact(share: float, yields: bool) -> None:
     # A long period: the mean pressure of a row of rollers adds a separate stress.
     line = Line(melan.first_yield(0.0, POISSON) * share, half_width=10, points=1024)
     line.layers = np.full(20, 1.2 * line.width / 20)
-    assert bool(line.solved([line.at(0)]).plastic_volume) is yields
+    assert bool(line.solve_path([line.point_at(0)]).plastic_volume) is yields
 
 
 @pytest.mark.parametrize(("share", "yields"), [(BELOW, False), (ABOVE, True)])

@@ -55,7 +55,7 @@ def seen() -> list[tuple[int, int, float]]:
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.results.RollingResult:
+def rolled(folder: Path, seen: list[tuple[int, int, float]]) -> rc.results.RollingResult:
     """Two passes of a roller that pulls with a tenth of its pressure."""
     return rc.roll(
         nominal_bodies.flat(**GRID),
@@ -98,28 +98,28 @@ def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_p
 
 @pytest.mark.slow
 def test_each_step_is_shown_once_and_in_order(
-    found: rc.results.RollingResult, seen: list[tuple[int, int, float]]
+    rolled: rc.results.RollingResult, seen: list[tuple[int, int, float]]
 ) -> None:
     assert [place[:2] for place in seen] == [(n, k) for n in (1, 2) for k in (1, 2, 3)]
-    assert seen[-1][2] == found.result.max_plastic_strain
+    assert seen[-1][2] == rolled.result.max_plastic_strain
     # Stored steps are shown as well.
-    again = [(n, k, state.max_plastic_strain) for n, k, state in found.states()]
+    again = [(n, k, state.max_plastic_strain) for n, k, state in rolled.states()]
     assert again == seen
 
 
-def test_pass_quantities_match_volume_result(found: rc.results.RollingResult) -> None:
-    last, state = found.passes[-1], found.result
+def test_pass_quantities_match_volume_result(rolled: rc.results.RollingResult) -> None:
+    last, state = rolled.passes[-1], rolled.result
     (body,) = state.bodies
     after = rolled_surface(state)
     np.testing.assert_array_equal(after.heights, -state.residual_displacement)
     values = after.roughness()
     assert last.Sq == pytest.approx(values["Sq"])
     assert last.Spk == pytest.approx(values["Spk"], abs=1e-15)
-    assert [one.steps for one in found.passes] == [3, 3]
+    assert [one.steps for one in rolled.passes] == [3, 3]
     assert last.max_pressure == max(step.max_pressure for step in state.increments[3:])
     assert last.contact_area == max(step.contact_area for step in state.increments[3:])
     # The sum over passes is the total: γ = 2 ε, the mean of each layer.
-    total = sum(one.shear[0] for one in found.passes)
+    total = sum(one.shear[0] for one in rolled.passes)
     np.testing.assert_allclose(total, -2 * body.plastic_strain[:, 3].mean(axis=(1, 2)), atol=1e-9)
     # The normal stresses of a layer, from the tensor that sections have.
     section = state.section("x", 3)
@@ -128,44 +128,44 @@ def test_pass_quantities_match_volume_result(found: rc.results.RollingResult) ->
         np.testing.assert_allclose(along[0], normal, rtol=1e-3, atol=1e-3 * np.abs(normal).max())
 
 
-def test_friction_drags_the_surface_along(found: rc.results.RollingResult) -> None:
-    assert found.passes[0].largest_shear > 0
+def test_friction_drags_the_surface_along(rolled: rc.results.RollingResult) -> None:
+    assert rolled.passes[0].largest_shear > 0
 
 
-def test_profiles_turn_with_the_direction(found: rc.results.RollingResult) -> None:
-    there = pass_result(found.result, None, 0.0)
-    back, aside = (pass_result(found.result, None, angle) for angle in (180.0, 90.0))
+def test_profiles_turn_with_the_direction(rolled: rc.results.RollingResult) -> None:
+    there = pass_result(rolled.result, None, 0.0)
+    back, aside = (pass_result(rolled.result, None, angle) for angle in (180.0, 90.0))
     np.testing.assert_allclose(back.shear, -there.shear, atol=1e-12)
     np.testing.assert_allclose(aside.residual_across, there.residual_along, rtol=1e-5)
 
 
 @pytest.mark.slow
 def test_passes_are_loaded_as_they_were_saved(
-    found: rc.results.RollingResult, folder: Path
+    rolled: rc.results.RollingResult, folder: Path
 ) -> None:
-    found.save(folder / "out.nc")
+    rolled.save(folder / "out.nc")
     loaded = rc.read_result(folder / "out.nc")
-    assert loaded.passes == found.passes
-    assert (loaded.outcome_text, loaded.direction) == (found.outcome_text, found.direction)
-    for old, new in zip(found.passes, loaded.passes, strict=True):
+    assert loaded.passes == rolled.passes
+    assert (loaded.outcome_text, loaded.direction) == (rolled.outcome_text, rolled.direction)
+    for old, new in zip(rolled.passes, loaded.passes, strict=True):
         for name in ("shear", "residual_along", "residual_across"):
             np.testing.assert_array_equal(getattr(new, name), getattr(old, name))
     np.testing.assert_array_equal(
         rc.read_result(folder / "out.nc").result.bodies[0].plastic_strain,
-        found.result.bodies[0].plastic_strain,
+        rolled.result.bodies[0].plastic_strain,
     )
-    found.result.save(folder / "state.nc")
+    rolled.result.save(folder / "state.nc")
     with pytest.raises(rc.FormatError, match=r"state\.nc cannot be read .* Rolling\.save"):
         load_rolling(folder / "state.nc")
 
 
-def test_json_and_csv_match_result(found: rc.results.RollingResult, folder: Path) -> None:
-    found.save(folder / "out.json")
-    found.save(folder / "out.csv")
+def test_json_and_csv_match_result(rolled: rc.results.RollingResult, folder: Path) -> None:
+    rolled.save(folder / "out.json")
+    rolled.save(folder / "out.csv")
     record = json.loads((folder / "out.json").read_text())
-    assert record["shakedown"] == str(found.shakedown)
-    assert record["each"]["strain_added"] == [one.strain_added for one in found.passes]
-    assert record["volume"]["max_plastic_strain"] == found.result.max_plastic_strain
+    assert record["shakedown"] == str(rolled.shakedown)
+    assert record["each"]["strain_added"] == [one.strain_added for one in rolled.passes]
+    assert record["volume"]["max_plastic_strain"] == rolled.result.max_plastic_strain
     assert len(record["shear_over_depth"][0]) == len(record["depth"])
     head, *rows = (folder / "out.csv").read_text().splitlines()
     assert head.startswith("number [1],strain_added [1],strain_net [1],largest_shear [1]")
@@ -173,33 +173,33 @@ def test_json_and_csv_match_result(found: rc.results.RollingResult, folder: Path
 
 
 @pytest.mark.slow
-def test_paraview_plays_every_step(found: rc.results.RollingResult, folder: Path) -> None:
-    found.save(folder / "out.pvd")
+def test_paraview_plays_every_step(rolled: rc.results.RollingResult, folder: Path) -> None:
+    rolled.save(folder / "out.pvd")
     named = re.findall(
         r'timestep="(\d)" part="(\d)" file="([^"]+)"', (folder / "out.pvd").read_text()
     )
     assert [place[:2] for place in named] == [(str(t), p) for t in range(1, 7) for p in "01"]
     assert all((folder / file).stat().st_size for *_, file in named)
     with pytest.raises(rc.InputError, match=r"^folder is needed"):
-        replace(found, folder=None).save(folder / "none.pvd")
+        replace(rolled, folder=None).save(folder / "none.pvd")
     assert not (folder / "none.pvd").exists()
 
 
 @pytest.mark.slow
-def test_movie_has_one_frame_per_step(found: rc.results.RollingResult, folder: Path) -> None:
+def test_movie_has_one_frame_per_step(rolled: rc.results.RollingResult, folder: Path) -> None:
     from PIL import Image
 
-    frames = [make_frame(state, n, k, "x") for n, k, state in found.states()]
+    frames = [make_frame(state, n, k, "x") for n, k, state in rolled.states()]
     np.testing.assert_allclose(
-        frames[-1].strain, found.result.bodies[0].accumulated.max(axis=1), rtol=1e-6
+        frames[-1].strain, rolled.result.bodies[0].accumulated.max(axis=1), rtol=1e-6
     )
-    movie.save(found, frames, folder / "movie.gif")
+    movie.save(rolled, frames, folder / "movie.gif")
     with Image.open(folder / "movie.gif") as shown:
         # Pictures that are alike would be one.
         assert shown.n_frames == len(frames) == 6
         assert shown.info["loop"] == 0
     with pytest.raises(rc.InputError, match=r"\.gif"):
-        movie.save(found, frames, folder / "movie.mp4")
+        movie.save(rolled, frames, folder / "movie.mp4")
 
 
 @pytest.mark.parametrize(
@@ -209,32 +209,32 @@ def test_movies_follow_the_nearer_axis(direction: float, along: str) -> None:
     assert movie.along_of(direction) == along
 
 
-def test_the_report_leads_with_the_passes(found: rc.results.RollingResult) -> None:
-    text = " ".join(presentation_of(found).render().split())
+def test_the_report_leads_with_the_passes(rolled: rc.results.RollingResult) -> None:
+    text = " ".join(presentation_of(rolled).render().split())
     front = text[: text.index('id="messages"')]
     assert "shake down in 2 passes?" in front
-    assert presentation_of(found).meaning() in front
+    assert presentation_of(rolled).meaning() in front
     for number in range(2):
         assert f'<th scope="row">{number + 1}</th>' in front
     assert "Rolling without slip zones" in text
 
 
 def test_hardening_carries_load_only_in_bodies_that_harden(
-    found: rc.results.RollingResult, monkeypatch: pytest.MonkeyPatch
+    rolled: rc.results.RollingResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(type(found), "shakedown", Shakedown.ELASTIC_SHAKEDOWN)
-    hardens = any(body.material.hardens for body in found.result.bodies)
-    text = presentation_of(found).meaning()
+    monkeypatch.setattr(type(rolled), "shakedown", Shakedown.ELASTIC_SHAKEDOWN)
+    hardens = any(body.material.hardens for body in rolled.result.bodies)
+    text = presentation_of(rolled).meaning()
     assert "residual stress" in text
     assert ("hardening" in text) is hardens
 
 
-def test_reversed_strain_is_not_large(found: rc.results.RollingResult) -> None:
-    (body,) = found.result.bodies
-    worn = replace(found.result, bodies=(replace(body, accumulated=body.accumulated + 0.5),))
+def test_reversed_strain_is_not_large(rolled: rc.results.RollingResult) -> None:
+    (body,) = rolled.result.bodies
+    worn = replace(rolled.result, bodies=(replace(body, accumulated=body.accumulated + 0.5),))
     assert plausibility.largest_strain(worn) < 0.1 < worn.max_plastic_strain
     assert CautionTag.STRAIN not in {caution.kind for caution in worn.cautions}
-    torn = replace(found.result, bodies=(replace(body, plastic_strain=100 * body.plastic_strain),))
+    torn = replace(rolled.result, bodies=(replace(body, plastic_strain=100 * body.plastic_strain),))
     assert plausibility.largest_strain(torn) > 0.1
     assert CautionTag.STRAIN in {caution.kind for caution in torn.cautions}
 

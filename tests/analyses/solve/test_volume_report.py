@@ -45,22 +45,22 @@ def report_text(result: Any) -> str:
 
 
 @pytest.mark.usefixtures("quick")
-def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) -> None:
-    text = presentation_of(pressed).render(Edition(date=DAY))
+def test_question_first_then_sections_in_the_order_of_the_other_report(loaded) -> None:
+    text = presentation_of(loaded).render(Edition(date=DAY))
     page = words(text)
     assert page.startswith("How deep does ball.nc yield under 350 mN?")
-    contact = pressed.contact
+    contact = loaded.contact
     front = page[: page.index("Warnings and cautions")]
     for value in (
         format_engineering(contact.max_pressure, "Pa", 3),
         phrases.format_share(contact.contact_fraction),
-        format_percent(pressed.max_plastic_strain),
-        format_engineering(pressed.plastic_depth, "m", 3),
+        format_percent(loaded.max_plastic_strain),
+        format_engineering(loaded.plastic_depth, "m", 3),
         format_engineering(contact.approach, "m", 3),
     ):
         assert value in front
-    assert phrases.volume_regime(pressed) in front
-    assert pressed.regime in page
+    assert phrases.volume_regime(loaded) in front
+    assert loaded.regime in page
     titles = re.findall(r'<h2 id="chapter-\d+">\d+ ([^<]+)</h2>', text)
     assert titles == [
         "Input",
@@ -73,11 +73,11 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
     assert "Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085" in page
     assert "0 N → 350 mN" in page
     assert "ceiling" not in page
-    for step in pressed.increments:
+    for step in loaded.increments:
         assert format_engineering(step.approach, "m") in page
         assert f"{step.residual:.1e}" in page
-    assert f"{pressed.contact.certificate:.1e}" in page
-    for row in assumptions.assumption_rows(presentation_of(pressed).case()):
+    assert f"{loaded.contact.certificate:.1e}" in page
+    for row in assumptions.assumption_rows(presentation_of(loaded).case()):
         assert " ".join(row) in page
     assert "Checked: convergence, stress against" in page
     assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
@@ -85,13 +85,13 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("quick")
-def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
+def test_the_area_keeps_the_perimeter_that_has_yielded(loaded) -> None:
     corrected, all_elastic = (
-        pressed.perimeter_corrected_area,
-        pressed.contact.perimeter_corrected_area,
+        loaded.perimeter_corrected_area,
+        loaded.contact.perimeter_corrected_area,
     )
     assert corrected > 1.001 * all_elastic
-    page = report_text(pressed)
+    page = report_text(loaded)
     assert f"Perimeter-corrected area {format_engineering(corrected, 'm²')}" in page
 
 
@@ -111,9 +111,9 @@ def test_unloaded_report_shows_residual_indentation(released) -> None:
 
 
 @pytest.mark.slow
-def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tmp_path) -> None:
-    np.testing.assert_array_equal(released.largest_pressure, pressed.solution.pressure)
-    assert pressed.largest_pressure is None
+def test_unloaded_the_pressure_is_that_of_the_largest_load(loaded, released, tmp_path) -> None:
+    np.testing.assert_array_equal(released.largest_pressure, loaded.solution.pressure)
+    assert loaded.largest_pressure is None
     path = tmp_path / "released.nc"
     released.save(path)
     for result in (released, rc.read_result(path)):
@@ -121,20 +121,20 @@ def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tm
         (axes,) = (axes for axes in drawings["pressure"]().axes if axes.images)
         assert "at 350 mN, largest" in axes.get_title()
         drawn = axes.images[0].get_array()
-        assert drawn.max() == pytest.approx(pressed.solution.max_pressure / 1e9)
+        assert drawn.max() == pytest.approx(loaded.solution.max_pressure / 1e9)
         assert drawings["histogram"]().axes[0].patches[0].get_data().values.max() > 0
     # In one run, too, and the end is the same.
-    surface, material = pressed.solution.surface, pressed.solution.material
+    surface, material = loaded.solution.surface, loaded.solution.material
     loads = [0.1, 0.2, 0.35]
     end = rc.solve_elastoplastic(surface, material=material, increments=1, loads=[*loads, 0.0])
-    np.testing.assert_array_equal(end.largest_pressure, pressed.solution.pressure)
+    np.testing.assert_array_equal(end.largest_pressure, loaded.solution.pressure)
     np.testing.assert_array_equal(end.residual_displacement, released.residual_displacement)
 
 
 @pytest.mark.long
-def test_report_is_self_contained(pressed, tmp_path: Path) -> None:
+def test_report_is_self_contained(loaded, tmp_path: Path) -> None:
     path = tmp_path / "out.html"
-    pressed.report(path, "roughcontact solve <b>")
+    loaded.report(path, "roughcontact solve <b>")
     text = path.read_text(encoding="utf-8")
     assert "roughcontact solve &lt;b&gt;" in text
     sources = re.findall(r'src="([^"]{0,30})', text)
@@ -143,12 +143,12 @@ def test_report_is_self_contained(pressed, tmp_path: Path) -> None:
     assert "<script" not in text
     for name in ("out.txt", "nowhere/out.html"):
         with pytest.raises(InputError):
-            pressed.report(tmp_path / name)
+            loaded.report(tmp_path / name)
 
 
 @pytest.mark.usefixtures("quick")
-def test_failure_is_on_top(pressed) -> None:
-    stopped = dataclasses.replace(pressed, status="stopped before 9 N: <why>")
+def test_failure_is_on_top(loaded) -> None:
+    stopped = dataclasses.replace(loaded, status="stopped before 9 N: <why>")
     front = report_text(stopped).split("Key numbers")[0]
     assert "Not converged: stopped before 9 N: <why>. Do not use these numbers." in front
 
@@ -164,9 +164,9 @@ def test_unreached_first_load_gives_warning(unmoved) -> None:
 
 
 @pytest.mark.usefixtures("quick")
-def test_strains_above_one_are_printed_in_percent(pressed) -> None:
-    body = dataclasses.replace(pressed.bodies[0], accumulated=100 * pressed.bodies[0].accumulated)
-    stretched = dataclasses.replace(pressed, bodies=(body,))
+def test_strains_above_one_are_printed_in_percent(loaded) -> None:
+    body = dataclasses.replace(loaded.bodies[0], accumulated=100 * loaded.bodies[0].accumulated)
+    stretched = dataclasses.replace(loaded, bodies=(body,))
     strain = f"{100 * stretched.max_plastic_strain:.0f} %"
     assert stretched.max_plastic_strain > 1.005
     assert report_text(stretched).count(strain) >= 4
@@ -177,43 +177,43 @@ def cautions(result: Any) -> dict[str, Caution]:
     return {caution.kind: caution for caution in result.cautions}
 
 
-def test_small_deformations_are_checked(pressed) -> None:
-    assert not cautions(pressed)
+def test_small_deformations_are_checked(loaded) -> None:
+    assert not cautions(loaded)
     # By hand: r/R at the edge of a spot is √2 times the root mean square over a disc.
-    table = assumptions.assumption_rows(presentation_of(pressed).case())
+    table = assumptions.assumption_rows(presentation_of(loaded).case())
     (small,) = (case for name, case, _ in table if name == "Small strains")
     slope = re.search(r"slope under the contact ([\d.]+)", small)
     assert slope is not None
-    radius = np.sqrt(pressed.contact.contact_area / np.pi)
+    radius = np.sqrt(loaded.contact.contact_area / np.pi)
     assert np.sqrt(2) * float(slope[1]) == pytest.approx(radius / 105e-6, rel=0.05)
-    surface = pressed.contact.surface
+    surface = loaded.contact.surface
     steep = dataclasses.replace(surface, heights=3 * surface.heights)
-    pair = dataclasses.replace(pressed.contact.pair, surface=steep)
-    contact = dataclasses.replace(pressed.contact, pair=pair)
-    steeper = cautions(dataclasses.replace(pressed, solution=contact))[CautionTag.SLOPES]
+    pair = dataclasses.replace(loaded.contact.pair, surface=steep)
+    contact = dataclasses.replace(loaded.contact, pair=pair)
+    steeper = cautions(dataclasses.replace(loaded, solution=contact))[CautionTag.SLOPES]
     assert 0.1 < steeper.numbers["slope"] < 0.2
-    body = pressed.bodies[0]
+    body = loaded.bodies[0]
     strained = dataclasses.replace(body, accumulated=body.accumulated * 10)
-    larger = cautions(dataclasses.replace(pressed, bodies=(strained,)))[CautionTag.STRAIN]
+    larger = cautions(dataclasses.replace(loaded, bodies=(strained,)))[CautionTag.STRAIN]
     assert 0.1 < larger.numbers["max_plastic_strain"] < 0.2
 
 
-def test_perfect_plasticity_and_short_tables_give_cautions(pressed, released) -> None:
-    result = cautions(with_material(pressed, yield_strength=1656e6))
+def test_perfect_plasticity_and_short_tables_give_cautions(loaded, released) -> None:
+    result = cautions(with_material(loaded, yield_strength=1656e6))
     assert result[CautionTag.PIXEL_SCATTER].severity is Severity.NOTE
     assert CautionTag.PIXEL_SCATTER not in cautions(with_material(released, yield_strength=1656e6))
-    body = pressed.bodies[0]
+    body = loaded.bodies[0]
     for last, short in ((0.005, True), (0.5, False)):
         law = Tabulated((0.0, last), (1.6e9, 3e9))
         material = dataclasses.replace(body.material, hardening=law, yield_strength=None)
         changed = dataclasses.replace(body, material=material)
-        result = cautions(dataclasses.replace(pressed, bodies=(changed,)))
+        result = cautions(dataclasses.replace(loaded, bodies=(changed,)))
         assert (CautionTag.HARDENING_RANGE in result) is short
 
 
-def test_yield_on_unloading_gives_caution(pressed, released) -> None:
+def test_yield_on_unloading_gives_caution(loaded, released) -> None:
     weak = dict(yield_strength=400e6)
-    assert CautionTag.RESIDUAL_YIELD in cautions(with_material(pressed, **weak))
+    assert CautionTag.RESIDUAL_YIELD in cautions(with_material(loaded, **weak))
     assert CautionTag.RESIDUAL_YIELD not in cautions(with_material(released, **weak))
 
 

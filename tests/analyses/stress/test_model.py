@@ -24,17 +24,17 @@ def ball(n=96, radius=RADIUS, pixel=PIXEL):
 
 
 @pytest.fixture(scope="module")
-def pressed():
+def contact_result():
     return rc.solve(ball(), material=STEEL, counter_material=SOFT, load=0.15)
 
 
 @pytest.fixture(scope="module")
-def stress_result(pressed):
-    return subsurface_stress.subsurface_stress(pressed)
+def stress_result(contact_result):
+    return subsurface_stress.subsurface_stress(contact_result)
 
 
-def test_stress_matches_summary_of_pressure(pressed, stress_result):
-    expected = stress_summary.summarize(pressed.pressure, PIXEL, 0.3, yield_strength=1e9)
+def test_stress_matches_summary_of_pressure(contact_result, stress_result):
+    expected = stress_summary.summarize(contact_result.pressure, PIXEL, 0.3, yield_strength=1e9)
     for name, value in vars(expected).items():
         np.testing.assert_array_equal(getattr(stress_result.profile, name), value)
     assert stress_result.material is STEEL
@@ -50,13 +50,13 @@ def test_stress_matches_summary_of_pressure(pressed, stress_result):
 
 
 @pytest.mark.parametrize("body", ["body", "counter_body"])
-def test_a_traction_map_pulls_both_bodies_in_opposite_directions(pressed, tmp_path, body):
-    traction = 0.3 * pressed.pressure * np.array([0.6, 0.8])[:, None, None]
+def test_a_traction_map_pulls_both_bodies_in_opposite_directions(contact_result, tmp_path, body):
+    traction = 0.3 * contact_result.pressure * np.array([0.6, 0.8])[:, None, None]
     # Angles are counter-clockwise as drawn, rows count downwards.
     angle = math.degrees(math.atan2(-0.6, 0.8))
-    found = subsurface_stress.subsurface_stress(pressed, in_body=body, traction=traction)
+    found = subsurface_stress.subsurface_stress(contact_result, in_body=body, traction=traction)
     expected = subsurface_stress.subsurface_stress(
-        pressed, in_body=body, friction=0.3, direction=angle
+        contact_result, in_body=body, friction=0.3, direction=angle
     )
     np.testing.assert_allclose(found.profile.von_mises, expected.profile.von_mises, rtol=1e-5)
     np.testing.assert_allclose(found.section_x, expected.section_x, rtol=0, atol=1e-5 * 1e9)
@@ -65,7 +65,7 @@ def test_a_traction_map_pulls_both_bodies_in_opposite_directions(pressed, tmp_pa
     with xarray.open_dataset(tmp_path / "a.nc") as dataset:
         np.testing.assert_array_equal(dataset["traction_y"], traction[0])
     with pytest.raises(rc.InputError, match="traction"):
-        subsurface_stress.subsurface_stress(pressed, friction=0.3, traction=traction)
+        subsurface_stress.subsurface_stress(contact_result, friction=0.3, traction=traction)
 
 
 def test_planes_go_through_the_largest_stress(stress_result):
@@ -83,14 +83,14 @@ def test_planes_go_through_the_largest_stress(stress_result):
         stress_result.von_mises_section("z")
 
 
-def test_the_bodies_differ_by_ratio_and_sign(pressed):
+def test_the_bodies_differ_by_ratio_and_sign(contact_result):
     options = {"friction": 0.3, "direction": 30.0, "depths": [1e-9, 5e-6], "precision": "double"}
-    first = subsurface_stress.subsurface_stress(pressed, **options)
-    second = subsurface_stress.subsurface_stress(pressed, in_body="counter_body", **options)
+    first = subsurface_stress.subsurface_stress(contact_result, **options)
+    second = subsurface_stress.subsurface_stress(contact_result, in_body="counter_body", **options)
     for body, sign, ratio in ((first, 1, 0.3), (second, -1, 0.2)):
         point = body.profile.pixel_of_max
         pull = {"friction": 0.3 * sign, "direction": math.radians(-30), "precision": "double"}
-        pieces = stress.slices(pressed.pressure, PIXEL, [1e-9, 5e-6], ratio, **pull)
+        pieces = stress.slices(contact_result.pressure, PIXEL, [1e-9, 5e-6], ratio, **pull)
         expected = [piece.stress[:, point[0]] for piece in pieces]
         np.testing.assert_array_equal(body.section_x, np.stack(expected, axis=1))
         # Only the traction of the surface: opposite on the two bodies.
@@ -121,12 +121,12 @@ def test_arrays_are_read_only(stress_result):
             array[0] = 0
 
 
-def test_warnings(pressed, stress_result):
+def test_warnings(contact_result, stress_result):
     def caution_kinds(result):
         return {caution.kind for caution in result.own_cautions}
 
     assert CautionTag.YIELDED not in caution_kinds(stress_result)
-    shallow = subsurface_stress.subsurface_stress(pressed, [1e-9, 1e-6])
+    shallow = subsurface_stress.subsurface_stress(contact_result, [1e-9, 1e-6])
     assert caution_kinds(shallow) >= {CautionTag.STRESS_DEPTH, CautionTag.STRESS_PIXEL}
     hard = rc.solve(ball(radius=1e-3), material=STEEL, load=2.0, ceiling=None)
     beyond = subsurface_stress.subsurface_stress(hard)
@@ -167,17 +167,17 @@ def test_saved_dataset_holds_everything(stress_result, tmp_path):
         stress_result.save(tmp_path / "below.npz")
 
 
-def test_bad_arguments(pressed):
+def test_bad_arguments(contact_result):
     with pytest.raises(rc.InputError, match="ContactResult, got ndarray"):
-        subsurface_stress.subsurface_stress(pressed.pressure)
+        subsurface_stress.subsurface_stress(contact_result.pressure)
     with pytest.raises(rc.InputError, match=r"body.*'third'"):
-        subsurface_stress.subsurface_stress(pressed, in_body="third")
+        subsurface_stress.subsurface_stress(contact_result, in_body="third")
     on_rigid = rc.solve(ball(), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match="counter-body is rigid"):
         subsurface_stress.subsurface_stress(on_rigid, in_body="counter_body")
 
 
-def test_insufficient_memory_raises_error(pressed, monkeypatch):
+def test_insufficient_memory_raises_error(contact_result, monkeypatch):
     need = subsurface_stress.memory_estimate((96, 96))
 
     class Memory:
@@ -185,9 +185,9 @@ def test_insufficient_memory_raises_error(pressed, monkeypatch):
 
     monkeypatch.setattr(psutil, "virtual_memory", Memory)
     with pytest.raises(rc.InsufficientMemoryError, match="96 × 96"):
-        subsurface_stress.subsurface_stress(pressed, [1e-6])
+        subsurface_stress.subsurface_stress(contact_result, [1e-6])
     Memory.available = need
-    subsurface_stress.subsurface_stress(pressed, [1e-6])
+    subsurface_stress.subsurface_stress(contact_result, [1e-6])
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])

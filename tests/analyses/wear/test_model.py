@@ -34,7 +34,7 @@ def rough(n: int = 32) -> rc.Surface:
 
 
 @pytest.fixture(scope="module")
-def found() -> rc.results.Wear:
+def worn() -> rc.results.Wear:
     return wear(rough(), **TERMS, friction=0.1)
 
 
@@ -76,9 +76,9 @@ def test_wear_ends_at_each_distance() -> None:
     assert result.column("wear") == pytest.approx(50e-9 * result.column("distance"), rel=1e-9)
 
 
-def test_sliding_counter_body_wears_without_change_of_shape(found: rc.results.Wear) -> None:
+def test_sliding_counter_body_wears_without_change_of_shape(worn: rc.results.Wear) -> None:
     both = wear(rough(), **TERMS, counter_wear_coefficient="2e-15 m2/N")
-    assert both.worn.heights == pytest.approx(found.worn.heights, abs=0)
+    assert both.worn.heights == pytest.approx(worn.worn.heights, abs=0)
     assert both.volumes[1] == pytest.approx(2 * both.volumes[0])
     assert both.worn_counter is None
 
@@ -91,15 +91,15 @@ def test_masked_points_do_not_wear() -> None:
     assert np.nansum(result.depth) * result.last.pixel_area == pytest.approx(result.volumes[0])
 
 
-def test_friction_work(found: rc.results.Wear) -> None:
-    assert found.friction_work == pytest.approx(0.1 * found.last.load * 0.5)
+def test_friction_work(worn: rc.results.Wear) -> None:
+    assert worn.friction_work == pytest.approx(0.1 * worn.last.load * 0.5)
 
 
 def plain(step: WearStep) -> WearStep:
     return replace(step, seconds=0.0)
 
 
-def test_interrupted_wear_resumes_with_same_numbers(found: rc.results.Wear, tmp_path: Path) -> None:
+def test_interrupted_wear_resumes_with_same_numbers(worn: rc.results.Wear, tmp_path: Path) -> None:
     def stop(state: rc.Progress) -> None:
         if state.number == 3 and state.step is not None:
             raise KeyboardInterrupt
@@ -112,34 +112,34 @@ def test_interrupted_wear_resumes_with_same_numbers(found: rc.results.Wear, tmp_
         rough(), **arguments, progress=lambda state: kept.append(state.number) if state.kept else 0
     )
     assert kept == [1, 2]
-    assert list(map(plain, again.steps)) == list(map(plain, found.steps))
-    assert again.worn.heights.tobytes() == found.worn.heights.tobytes()
+    assert list(map(plain, again.steps)) == list(map(plain, worn.steps))
+    assert again.worn.heights.tobytes() == worn.worn.heights.tobytes()
     with pytest.raises(rc.InputError, match="another wear: distance differs"):
         wear(rough(), **{**arguments, "distance": "1 m"})
 
 
-def test_files_hold_steps_and_maps(found: rc.results.Wear, tmp_path: Path) -> None:
+def test_files_hold_steps_and_maps(worn: rc.results.Wear, tmp_path: Path) -> None:
     for suffix in (".csv", ".json", ".nc"):
-        found.save(tmp_path / f"wear{suffix}")
+        worn.save(tmp_path / f"wear{suffix}")
     with (tmp_path / "wear.csv").open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
-    assert [float(row["wear [m]"]) for row in rows] == found.column("wear").tolist()
+    assert [float(row["wear [m]"]) for row in rows] == worn.column("wear").tolist()
     stored = json.loads((tmp_path / "wear.json").read_text(encoding="utf-8"))
-    assert stored["steps"]["Ssk"] == found.column("Ssk").tolist()
+    assert stored["steps"]["Ssk"] == worn.column("Ssk").tolist()
     assert stored["coefficients"] == [1e-15, 0.0]
-    assert stored["friction_work"] == found.friction_work
-    dataset = found.to_xarray()
-    assert dataset["wear_depth"].values == pytest.approx(found.depth, abs=0)
-    assert dataset["step_distance"].values.tolist() == found.column("distance").tolist()
+    assert stored["friction_work"] == worn.friction_work
+    dataset = worn.to_xarray()
+    assert dataset["wear_depth"].values == pytest.approx(worn.depth, abs=0)
+    assert dataset["step_distance"].values.tolist() == worn.column("distance").tolist()
     contact = rc.read_result(tmp_path / "wear.nc")
     assert isinstance(contact, rc.ContactResult)
-    assert contact.surface.heights.tobytes() == found.worn.heights.tobytes()
+    assert contact.surface.heights.tobytes() == worn.worn.heights.tobytes()
 
 
-def test_worn_surface_has_contact_of_last_step(found: rc.results.Wear) -> None:
-    again = rc.solve(found.worn, material=STEEL, load=found.last.load, boundary="periodic")
-    assert again.contact_area == pytest.approx(found.last.contact_area, rel=5e-3)
-    assert "worn by 25 nm on average" in found.worn.provenance.steps
+def test_worn_surface_has_contact_of_last_step(worn: rc.results.Wear) -> None:
+    again = rc.solve(worn.worn, material=STEEL, load=worn.last.load, boundary="periodic")
+    assert again.contact_area == pytest.approx(worn.last.contact_area, rel=5e-3)
+    assert "worn by 25 nm on average" in worn.worn.provenance.steps
 
 
 COMMAND = [
@@ -227,7 +227,7 @@ def test_curved_body_reports_depth_and_peak_pressure(capsys: pytest.CaptureFixtu
     assert " Sq " not in shown
 
 
-def test_profile_wears(found: rc.results.Wear) -> None:
+def test_profile_wears(worn: rc.results.Wear) -> None:
     line = rc.Surface(rough().heights[0], 1e-6)
     result = wear(line, **{**TERMS, "load": "1 N/mm"})
     assert result.last.contact_fraction > result.first.contact_fraction
@@ -236,8 +236,8 @@ def test_profile_wears(found: rc.results.Wear) -> None:
     )
 
 
-def test_report_assumes_wear_instead_of_one_loading(found: rc.results.Wear) -> None:
-    case = presentation_of(found).case()
+def test_report_assumes_wear_instead_of_one_loading(worn: rc.results.Wear) -> None:
+    case = presentation_of(worn).case()
     assert case is not None
     names = [name for name, *_ in assumptions.assumption_rows(case)]
     assert "Archard's law of wear" in names
