@@ -36,9 +36,8 @@ def test_autocorrelation_without_pairs_is_unknown() -> None:
 def test_correlation_lengths_of_a_cosine() -> None:
     # Forty periods: the overlap holds no whole number of them, an error of 1/(2π·2·40) = 0.2 %.
     wave = np.cos(2 * np.pi * np.arange(2000)[:, None] / 50) + np.zeros((1, 8))
-    fastest, slowest = spectrum.autocorrelation_lengths(wave, (2e-6, 5e-6))
+    fastest, _, _ = spectrum.texture(wave, (2e-6, 5e-6))
     assert fastest == pytest.approx(100e-6 * math.acos(0.2) / (2 * math.pi), rel=5e-3)
-    assert slowest == math.inf
     values = surface.summary(wave, (2e-6, 5e-6))
     assert values["Sal"] == fastest
     # Along the grooves nothing decays within the four points of half the map.
@@ -64,30 +63,30 @@ def test_a_texture_that_the_map_is_too_short_for_is_not_determined() -> None:
 def test_correlation_lengths_of_ridges_on_unequal_pixels() -> None:
     heights = gaussian_map((600, 600), (24.0, 3.0), seed=1)
     pixel = (0.5e-6, 1e-6)
-    fastest, slowest = spectrum.autocorrelation_lengths(heights, pixel)
+    fastest, ratio, _ = spectrum.texture(heights, pixel)
     unit = 2 * math.sqrt(math.log(5))
     assert fastest == pytest.approx(3e-6 * unit, rel=0.06)
     # Along the ridges there are only some ten independent lengths times a hundred ridges.
-    assert slowest == pytest.approx(12e-6 * unit, rel=0.15)
+    assert fastest / ratio == pytest.approx(12e-6 * unit, rel=0.15)
 
 
 def test_correlation_lengths_of_oblique_ridges() -> None:
     y, x = np.mgrid[:512, :512]
     across = (2 * x + y) / math.sqrt(5)
     heights = np.interp(across, np.arange(-10, 1000), gaussian_map((1, 1010), (0.0, 4.0))[0])
-    fastest, slowest = spectrum.autocorrelation_lengths(heights, (1.0, 1.0))
+    fastest, ratio, _ = spectrum.texture(heights, (1.0, 1.0))
     # One line of about 50 independent ridges, hence the tolerance.
     assert fastest == pytest.approx(2 * 4 * math.sqrt(math.log(5)), rel=0.25)
-    assert slowest == math.inf
+    assert math.isnan(ratio)
 
 
 def test_a_large_threshold_is_met_sooner() -> None:
     heights = gaussian_map((200, 200), (4.0, 4.0))
-    near = spectrum.autocorrelation_lengths(heights, (1.0, 1.0), threshold=0.5)
-    far = spectrum.autocorrelation_lengths(heights, (1.0, 1.0), threshold=0.2)
+    near = spectrum.texture(heights, (1.0, 1.0), threshold=0.5)
+    far = spectrum.texture(heights, (1.0, 1.0), threshold=0.2)
     assert near[0] < far[0]
     with pytest.raises(InputError, match="threshold"):
-        spectrum.autocorrelation_lengths(heights, (1.0, 1.0), threshold=1.0)
+        spectrum.texture(heights, (1.0, 1.0), threshold=1.0)
 
 
 @pytest.mark.parametrize("shape", [(32, 48), (31, 48), (32, 47), (31, 45)])
@@ -126,7 +125,7 @@ def test_correlation_lengths_are_those_of_the_transposed_map(
     y, x = np.mgrid[:16, :32]
     heights = np.cos(decay * (y - 7.5)) * np.cos(0.9 * x)
     heights -= heights.mean()
-    lengths = spectrum.autocorrelation_lengths(heights, (1.0, 1.3), threshold)
-    turned = spectrum.autocorrelation_lengths(heights.T, (1.3, 1.0), threshold)
-    assert 7 < lengths[1] < 8
-    assert turned == pytest.approx(lengths, rel=1e-9)
+    fastest, ratio, largest = spectrum.texture(heights, (1.0, 1.3), threshold)
+    turned = spectrum.texture(heights.T, (1.3, 1.0), threshold)
+    assert 7 < fastest / ratio < 8
+    assert turned == pytest.approx((fastest, ratio, largest), rel=1e-9)

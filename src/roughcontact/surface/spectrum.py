@@ -8,14 +8,12 @@ the map.
 
 ISO 25178-2:2021, section 3 (autocorrelation function)
 
-`autocorrelation_lengths`: ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max |t|``
+`texture`: ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max |t|``
 over the lags connected to zero lag by a straight line on which f ≥ s. Both follow from the first
 crossing of s on the rays from zero lag to every lag on the border of `autocorrelation`, with linear
 interpolation. Lengths of about one pixel are therefore determined by the pixel, not by the surface.
 
 ISO 25178-2:2021, section 4.3; the default threshold of 0.2 is from ISO 25178-3.
-
-`texture`: ISO 25178-2:2021, section 4.3
 
 `lay_direction`: Direction of the lay, at a right angle to the largest value of the angular
 spectrum.
@@ -86,17 +84,15 @@ def autocorrelation(heights: Array) -> Array:
     return function
 
 
-def autocorrelation_lengths(
-    heights: Array, pixel: Pixel, threshold: float = 0.2
-) -> tuple[float, float]:
-    """Return the distances of fastest and slowest decay of the autocorrelation function."""
-    lengths, _ = _decay(heights, pixel, threshold)
-    return float(lengths.min()), float(lengths.max())
-
-
 def texture(heights: Array, pixel: Pixel, threshold: float = 0.2) -> tuple[float, float, float]:
     """Return autocorrelation length, texture aspect ratio and its upper bound."""
-    lengths, reached = _decay(heights, pixel, threshold)
+    require_pixel(pixel)
+    if not 0 < threshold < 1:
+        raise input_error("threshold", threshold, "must be between 0 and 1")
+    function = autocorrelation(heights)
+    if np.isnan(function[function.shape[0] // 2, 0]):
+        return math.nan, math.nan, math.nan
+    lengths, reached = _crossings(function, pixel, threshold)
     fastest, slowest = float(lengths.min()), float(lengths.max())
     if not math.isfinite(fastest):
         return math.nan, math.nan, math.nan
@@ -144,17 +140,6 @@ def lay_direction(heights: Array, pixel: Pixel) -> float:
         around = np.where(np.abs(offset) <= _AROUND, power, 0.0)
         wave += float(np.sum(around * offset) / np.sum(around))
     return (wave + 90) % 180
-
-
-def _decay(heights: Array, pixel: Pixel, threshold: float) -> tuple[Array, Array]:
-    """Return first threshold crossing and length above it, for each ray from zero lag."""
-    require_pixel(pixel)
-    if not 0 < threshold < 1:
-        raise input_error("threshold", threshold, "must be between 0 and 1")
-    function = autocorrelation(heights)
-    if np.isnan(function[function.shape[0] // 2, 0]):
-        return np.full(1, math.nan), np.full(1, math.nan)
-    return _crossings(function, pixel, threshold)
 
 
 def radial_spectrum(heights: Array, pixel: Pixel) -> tuple[Array, Array, Array]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING
 
 from roughcontact._version import __version__
 from roughcontact.analyses.history.figures import hysteresis
@@ -24,9 +23,6 @@ from roughcontact.report.kind import (
 from roughcontact.report.page import HALF, Block
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import count_noun, format_engineering, format_percent
-
-if TYPE_CHECKING:
-    pass
 
 
 def passes(history: LoadHistory) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from roughcontact._tools.statistics import LEVEL, mean_with_interval
 from roughcontact.analyses.law.curve import ERROR
@@ -32,9 +32,6 @@ from roughcontact.report.presentation import Presentation
 from roughcontact.surface.surface import Surface
 from roughcontact.uncertainty.intervals import Interval
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
-
-if TYPE_CHECKING:
-    pass
 
 
 def _range(law: InterfaceLaw) -> str:

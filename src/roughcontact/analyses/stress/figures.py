@@ -163,7 +163,7 @@ def stress_section(
     values = result.von_mises_section(along)
     axis = 1 if along == "x" else 0
     edge = result.solution.surface.pixel[axis]
-    columns = shown_columns(result, values, edge, width)
+    columns = shown_columns(values, edge, width)
     values = values[:, columns]
     first, last = columns.start * edge, columns.stop * edge
     depth = shown_depth(result, values, depth, last - first)
@@ -204,7 +204,7 @@ def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
     return mesh
 
 
-def shown_columns(result: StressResult, values: Any, edge: float, width: float | None) -> slice:
+def shown_columns(values: Any, edge: float, width: float | None) -> slice:
     """Return the drawn pixels of a section."""
     strongest = values.max(axis=0)
     middle, points = int(strongest.argmax()), values.shape[1]

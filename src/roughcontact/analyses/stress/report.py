@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING
 
 from roughcontact._tools.netcdf import Dataset
 from roughcontact.analyses.stress.figures import stress_depth, stress_map, stress_section
@@ -29,9 +28,6 @@ from roughcontact.report.page import HALF, MIDDLE, Block
 from roughcontact.report.phrases import format_short
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent
-
-if TYPE_CHECKING:
-    pass
 
 
 def _is_profile(stress: StressResult) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
 from roughcontact.analyses.solve.fields import BOUNDARY, ceiling_stored
@@ -29,9 +29,6 @@ from roughcontact.report.page import WIDE
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent, order_of_magnitude
-
-if TYPE_CHECKING:
-    pass
 
 
 def share_of(key: str) -> Callable[[Any], list[float]]:
