@@ -705,15 +705,8 @@ def test_not_converged_shows_the_best_and_writes_nothing(
 ) -> None:
     output = tmp_path / "out.nc"
     output.write_text("an older result")
-    options = (
-        *YIELDING,
-        "--set",
-        "max-iterations=2",
-        "--set",
-        "tolerance=1e-12",
-        "--output",
-        str(output),
-    )
+    terms = f"--set max-iterations=2 --set tolerance=1e-12 --output {output}"
+    options = (*YIELDING, *terms.split())
     assert solve(rough, *options, "--figures", str(tmp_path / "run1")) == app.NOT_CONVERGED
     out, err = capsys.readouterr()
     assert "Not converged: certificate" in out
@@ -1307,14 +1300,7 @@ def test_history_writes_steps_and_the_indented_surface(
     rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     output, residual, figure = (tmp_path / name for name in ("h.csv", "h.x3p", "h.png"))
-    written = (
-        "--output",
-        str(output),
-        "--indented-surface",
-        str(residual),
-        "--figure",
-        str(figure),
-    )
+    written = f"--output {output} --indented-surface {residual} --figure {figure}".split()
     path = ("--path", "0.5 N, 0 N, 0.5 N", "--passes", "2", "--shift", "0 um, 6.25 um")
     arguments = ["history", str(rough), *SCALE, *YIELDING, *path]
     assert app.main([*arguments, *written]) == app.SOLVED

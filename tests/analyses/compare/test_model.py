@@ -233,16 +233,11 @@ OPTIONS = (
 
 @pytest.mark.long
 def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
-    words = [
-        "compare",
-        "--group",
-        f"ground={folder / 'g1.npy'},{folder / 'g2.npy'}",
-        "--group",
-        f"ground={folder / 'g3.npy'}",
-        "--group",
-        f"honed={folder}/h*.npy",
-        *OPTIONS,
-    ]
+    groups = (
+        f"--group ground={folder}/g1.npy,{folder}/g2.npy --group ground={folder}/g3.npy "
+        f"--group honed={folder}/h*.npy"
+    )
+    words = ["compare", *groups.split(), *OPTIONS]
     assert app.main([*words, "--steps", "1"]) == app.SOLVED
     shown = capsys.readouterr().out
     assert shown.startswith("3 ground and 3 honed maps, ")

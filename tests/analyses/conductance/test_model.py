@@ -328,20 +328,11 @@ def command(path: Path, *more: str) -> list[str]:
 def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = command(
         tmp_path / "map.npy",
-        "--load",
-        "1 N, 0.3 N",
-        "--counter-resistivity",
-        "17 nohm m",
-        "--counter-conductivity",
-        "400 W/m/K",
-        "--electrical-film",
-        "1e-13 ohm m^2",
-        "--output",
-        str(tmp_path / "joint.csv"),
-        "--figure",
-        str(tmp_path / "joint.png"),
-        "--report",
-        str(tmp_path / "joint.html"),
+        *shlex.split(
+            "--load '1 N, 0.3 N' --counter-resistivity '17 nohm m' --electrical-film "
+            f"'1e-13 ohm m^2' --counter-conductivity '400 W/m/K' --output {tmp_path}/joint.csv "
+            f"--figure {tmp_path}/joint.png --report {tmp_path}/joint.html"
+        ),
     )
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = capsys.readouterr().out

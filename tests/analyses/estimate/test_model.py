@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 import sys
 import time
 from dataclasses import replace
@@ -419,21 +420,10 @@ def test_effect_of_kurtosis_matches_solved_maps() -> None:
         assert (share > normal.contact.value) == (kurtosis < 3)
 
 
-COMMAND = [
-    "estimate",
-    "--sq",
-    "0.5 um",
-    "--sdq",
-    "0.1",
-    "--sal",
-    "12 um",
-    "--young",
-    "210 GPa",
-    "--poisson",
-    "0.3",
-    "--yield-strength",
-    "1 GPa",
-]
+COMMAND = shlex.split(
+    "estimate --sq '0.5 um' --sdq 0.1 --sal '12 um' --young '210 GPa' --poisson 0.3 "
+    "--yield-strength '1 GPa'"
+)
 
 
 def test_command_prints_table_and_json(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -457,20 +447,10 @@ def test_command_prints_table_and_json(capsys: pytest.CaptureFixture[str], tmp_p
 def test_command_accepts_map(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     heights, pixel = rc.reference_map(128, 3)
     np.save(tmp_path / "map.npy", heights)
-    arguments = [
-        str(tmp_path / "map.npy"),
-        "--unit",
-        "m",
-        "--size",
-        "0.1 mm",
-        "--young",
-        "210 GPa",
-        "--poisson",
-        "0.3",
-        "--pressure",
-        "1 GPa",
-        "--json",
-    ]
+    arguments = shlex.split(
+        f"{tmp_path}/map.npy --unit m --size '0.1 mm' --young '210 GPa' --poisson 0.3 "
+        "--pressure '1 GPa' --json"
+    )
     assert app.main(["estimate", *arguments]) == app.SOLVED
     record = json.loads(capsys.readouterr().out)
     assert record["Sdq"] == pytest.approx(rc.Surface(heights, pixel).roughness()["Sdq"], rel=1e-3)

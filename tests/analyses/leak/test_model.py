@@ -299,22 +299,11 @@ def command(path: Path, *more: str) -> list[str]:
 def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = command(
         tmp_path / "map.npy",
-        "--load",
-        "1 N, 0.3 N",
-        "--viscosity",
-        "1 mPa s",
-        "--pressure-difference",
-        "1 bar",
-        "--seal-width",
-        "20 mm",
-        "--seal-length",
-        "2 mm",
-        "--output",
-        str(tmp_path / "leak.csv"),
-        "--figure",
-        str(tmp_path / "leak.png"),
-        "--report",
-        str(tmp_path / "leak.html"),
+        *shlex.split(
+            "--load '1 N, 0.3 N' --viscosity '1 mPa s' --pressure-difference '1 bar' "
+            f"--seal-width '20 mm' --seal-length '2 mm' --output {tmp_path}/leak.csv "
+            f"--figure {tmp_path}/leak.png --report {tmp_path}/leak.html"
+        ),
     )
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
@@ -385,20 +374,10 @@ def test_the_command_opens_the_gap_by_the_pressure_of_a_gas(
 ) -> None:
     words = command(
         tmp_path / "map.npy",
-        "--load",
-        "30 MPa",
-        "--gas",
-        "helium",
-        "--inlet",
-        "100 bar",
-        "--outlet",
-        "1 bar",
-        "--ring",
-        "40 mm",
-        "--seal-length",
-        "2 mm",
-        "--set",
-        "flow-axis=x",
+        *shlex.split(
+            "--load '30 MPa' --gas helium --inlet '100 bar' --outlet '1 bar' --ring '40 mm' "
+            "--seal-length '2 mm' --set flow-axis=x"
+        ),
     )
     assert app.main(words) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import re
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -142,22 +143,10 @@ def test_worn_surface_has_contact_of_last_step(worn: rc.results.Wear) -> None:
     assert "worn by 25 nm on average" in worn.worn.provenance.steps
 
 
-COMMAND = [
-    "wear",
-    "ground.nc",
-    "--load",
-    "50 MPa",
-    "--boundary",
-    "periodic",
-    "--young",
-    "210 GPa",
-    "--poisson",
-    "0.3",
-    "--level",
-    "none",
-    "--distance",
-    "0.5 m",
-]
+COMMAND = shlex.split(
+    "wear ground.nc --load '50 MPa' --boundary periodic --young '210 GPa' --poisson 0.3 "
+    "--level none --distance '0.5 m'"
+)
 
 
 def test_headline_covers_both_ceilings_of_bare_and_coated_bodies(tmp_path: Path) -> None:
