@@ -91,10 +91,56 @@ def test_zygo_points_without_resolution_need_size(tmp_path: Path) -> None:
     assert surface.pixel == pytest.approx((1e-6, 1e-6))
 
 
-def test_zygo_phases_are_named(tmp_path: Path) -> None:
-    path = write(tmp_path, "map.asc", "Zygo ASCII Data File - Format 2\n0 1\n#\n1 2 3\n#\n")
-    with pytest.raises(FormatError, match="holds phases of Zygo"):
-        read_surface(path)
+# Scale 0.5, wavelength 600 nm, obliquity 1, pixel 5 um, 32768 phases per wave.
+PHASES = """\
+Zygo ASCII Data File - Format 2
+0 7 4 2 "Fri Jan 02 03:04:05 2026     "
+0 0 3 2 1 255
+0 0 3 2
+"comment # of 81 characters"
+""
+""
+0 0.5 6e-07 0 1 0 5e-06 1700000000
+3 2 0 0 0 0 "         "
+0 1 0 0 0 0 0 1 0 7
+1 1 20 2 0 0 0 0 0
+0 "            "
+1 0
+"       "
+#
+12 13 14 15
+16 17
+#
+32768 -65536 2147483640 0
+16384 98304
+#
+"""
+
+
+def test_zygo_phases_are_heights_by_wavelength_and_scale(tmp_path: Path) -> None:
+    path = write(tmp_path, "map.dat", PHASES)
+    surface = read_surface(path)
+    heights = [[0.3, -0.6, np.nan], [0, 0.15, 0.9]]
+    np.testing.assert_allclose(1e6 * surface.heights, heights)
+    assert surface.pixel == pytest.approx((5e-6, 5e-6))
+    assert channels(path) == (Channel("", "m", True, (2, 3)),)
+    coarse = write(tmp_path, "map.asc", PHASES.replace("\n1 1 20", "\n0 1 20"))
+    np.testing.assert_allclose(1e6 * read_surface(coarse).heights, 8 * np.array(heights))
+    unknown = write(tmp_path, "size.asc", PHASES.replace("5e-06", "0"))
+    assert read_surface(unknown, size=(2e-6, 3e-6)).pixel == pytest.approx((1e-6, 1e-6))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (PHASES.replace("98304", ""), "cannot reshape array"),
+        (PHASES.replace("\n1 1 20", "\n7 1 20"), "phases of Zygo"),
+        (PHASES.replace("Format 2", "Format 1"), "export it as XYZ or .dat"),
+        (PHASES[:300], "phases of Zygo"),
+    ],
+)
+def test_other_zygo_phases_are_rejected(text: str, words: str, tmp_path: Path) -> None:
+    assert_rejected(write(tmp_path, "map.asc", text), words)
 
 
 def test_points_have_a_lateral_and_a_height_unit() -> None:

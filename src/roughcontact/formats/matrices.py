@@ -243,6 +243,8 @@ def _read_table(path: Path) -> tuple[Head, Array, tuple[str, ...], text_files.Tr
             head = text_files.parse_head(path, _lines(path, stream))
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
+    if head.values is not None:
+        return head, head.values, (), None
     try:
         values, steps = _read_text(path, head.lines)
         trace = None if head.is_map else text_files.find_trace(values, head)

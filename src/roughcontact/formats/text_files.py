@@ -1,7 +1,9 @@
 """Text files: their headers, points on a grid, and profiles in columns or in records.
 
-`parse_export`: Zygo's XYZ, format 1, as in the reference of MetroPro: 13 lines and ``#``, the pixel
-[m] as seventh number of line 8, heights in micrometers. Keyence's CSV: lines ``"key","value"`` and
+`parse_export`: Zygo's texts, as in the reference of MetroPro: 13 lines and ``#``, the pixel [m] as
+seventh number of line 8. XYZ, format 1, has heights in micrometers; ASCII, format 2, intensities,
+``#``, and phases row by row, whose height is ``S W O / R``, numbers 2, 3 and 5 of line 8, with R by
+the first number of line 11. Keyence's CSV: lines ``"key","value"`` and
 ``"key","value","unit"``, then the name of the quantity and the rows; keys are translated, so that
 the order and the units decide.
 
@@ -568,6 +570,7 @@ class Head:
     doubtful: int = 0  # Number of its last lines that may be rows with a damaged number
     texts: tuple[str, ...] = ()  # Its lines
     announced: str = ""  # Number of values that a separate line states
+    values: Array | None = None  # Heights in the unit, where they have no rows of their own
 
     @property
     def is_map(self) -> bool:
@@ -581,9 +584,11 @@ class Head:
         return self.pixel
 
 
-_ZYGO = re.compile(r"Zygo \w+ Data File - Format (\d)", re.IGNORECASE)
+_ZYGO = re.compile(r"Zygo (\w+) Data File - Format (\d)", re.IGNORECASE)
 # Line of the camera resolution [m], and its place.
 _ZYGO_LINES, _ZYGO_CAMERA = 40, (7, 6)
+# Phases of a wave by the code of their resolution, and phases from which points are missing.
+_PHASES, _NO_PHASE = (4096, 32768, 131072), 2147483640
 
 _QUOTED = re.compile(r'"([^"]*)"')
 
@@ -593,11 +598,12 @@ def parse_export(path: Path, lines: Iterable[str], limit: int) -> tuple[Head | N
     first = next(iter(lines), "")
     zygo = _ZYGO.match(first)
     if zygo is not None:
-        if zygo[1] != "1":
+        kind = zygo[1].lower(), zygo[2]
+        if kind not in (("xyz", "1"), ("ascii", "2")):
             raise FormatError(
-                f"{path.name} holds phases of Zygo (format {zygo[1]}), no heights; export it as XYZ"
+                f"{path.name} holds Zygo's {zygo[1]} in format {zygo[2]}; export it as XYZ or .dat"
             )
-        return _parse_zygo(lines), []
+        return (_parse_zygo(lines) if kind[0] == "xyz" else _parse_phases(path, lines)), []
     read = [first]
     entries: list[list[str]] = []
     while len(read) < limit and (cells := _QUOTED.findall(read[-1])):
@@ -625,6 +631,24 @@ def _parse_zygo(lines: Iterable[str]) -> Head:
     except (IndexError, ValueError):
         camera = 0.0
     return Head(len(rows) + 2, unit="um", lateral=camera, columns=True)
+
+
+def _parse_phases(path: Path, lines: Iterable[str]) -> Head:
+    """Return scale and heights of Zygo's phases."""
+    with damage_as_error(path, "phases of Zygo (format 2)", "copy or export it again"):
+        parts = [
+            list(itertools.takewhile(lambda line: line.strip() != "#", part))
+            for part in (itertools.islice(lines, _ZYGO_LINES), lines, lines)
+        ]
+        rows = [line.split() for line in parts[0]]
+        nx, ny = map(int, rows[2][2:4])
+        scale, wave, _, obliquity, _, camera = map(float, rows[6][1:7])
+        memory.require_points(path.name, (ny, nx), _BYTES_PER_POINT)
+        phases = np.array(" ".join(parts[2]).split(), dtype=np.float64).reshape(ny, nx)
+        phases[phases >= _NO_PHASE] = np.nan
+        step = scale * wave * obliquity / _PHASES[int(rows[9][0])]
+    pixel = (camera, camera) if camera > 0 else None
+    return Head(1, unit="m", factor=step, pixel=pixel, points=(ny, nx), values=phases)
 
 
 def _parse_entries(path: Path, entries: list[list[str]], lines: int) -> Head | None:
