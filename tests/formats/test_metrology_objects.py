@@ -1,6 +1,7 @@
-"""Objects of Digital Surf: compressed maps, profiles, and what has no heights."""
+"""Objects of Digital Surf, and X3P as other programs write it."""
 
 import struct
+import zipfile
 import zlib
 from pathlib import Path
 
@@ -100,3 +101,83 @@ def test_content_decides_over_another_suffix(content: bytes, tmp_path: Path) -> 
     for name in ("map.opd", "map.abc", "map.csv"):
         surface = read_surface(write(tmp_path, name, content))
         assert surface.provenance.instrument.startswith("Digital Surf")
+
+
+@pytest.fixture
+def document(tmp_path: Path) -> str:
+    """Return the document of an X3P file of a map."""
+    rc.Surface(HEIGHTS, (2e-6, 1e-6)).save(tmp_path / "plain.x3p")
+    with zipfile.ZipFile(tmp_path / "plain.x3p") as archive:
+        return archive.read("main.xml").decode()
+
+
+def write_x3p(path: Path, document: str, root: str = "") -> Path:
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("__MACOSX/._data", b"")
+        archive.writestr(f"{root}main.xml", document)
+        # x3ptools omits the name.
+        archive.writestr(f"{root}md5checksum.hex", "0" * 32 + "\n")
+        if "PointDataLink" in document:
+            archive.writestr(f"{root}bindata/data.bin", HEIGHTS.astype("<f8").tobytes())
+    return path
+
+
+def with_list(document: str, factor: float) -> str:
+    """Return the document with its heights, one of them missing, as text."""
+    cells = [f"<Datum>{factor * z:.6e}</Datum>" for z in HEIGHTS.flat]
+    cells[5] = "<Datum/>"
+    head, _, rest = document.partition("<DataLink>")
+    return head + f"<DataList>{''.join(cells)}</DataList>" + rest.partition("</DataLink>")[2]
+
+
+@needs_reader
+@pytest.mark.parametrize(
+    ("old", "new", "root"),
+    [
+        ("", "", "map/"),
+        ("ISO5436 - 2000", "ISO5436 \u2013 2000", ""),
+        ("<Increment>1</Increment>", "<Increment/>", ""),
+        ("<Offset>0</Offset>", "<Offset />", ""),
+        ("<Date>", "<Date>N/A</Date><Date>", "a/b/"),
+    ],
+)
+def test_x3p_of_other_programs_is_read(
+    old: str, new: str, root: str, document: str, tmp_path: Path
+) -> None:
+    path = write_x3p(tmp_path / "map.x3p", document.replace(old, new) if old else document, root)
+    surface = read_surface(path)
+    np.testing.assert_array_equal(surface.heights, HEIGHTS)
+    assert surface.pixel == pytest.approx((2e-6, 1e-6))
+
+
+@needs_reader
+@pytest.mark.parametrize("kind", ["D", "L"])
+def test_x3p_with_heights_in_its_document(kind: str, document: str, tmp_path: Path) -> None:
+    head, _, axis = with_list(document, 1.0 if kind == "D" else 1e9).partition("<CZ>")
+    axis = axis.replace("<DataType>D", f"<DataType>{kind}", 1)
+    if kind == "L":
+        axis = axis.replace("<Increment>1<", "<Increment>1e-9<", 1).replace("Offset>0", "Offset>1")
+    surface = read_surface(write_x3p(tmp_path / "map.x3p", f"{head}<CZ>{axis}"))
+    expected = HEIGHTS + (kind == "L")
+    expected.flat[5] = np.nan
+    np.testing.assert_allclose(surface.heights, expected, rtol=1e-12)
+
+
+@needs_reader
+def test_x3p_profile_is_a_surface_of_one_row(document: str, tmp_path: Path) -> None:
+    text = document.replace(">SUR<", ">PRF<").replace("SizeY>3<", "SizeY>1<")
+    text = text.replace("SizeX>4<", "SizeX>12<")
+    surface = read_surface(write_x3p(tmp_path / "map.x3p", text))
+    assert surface.is_profile
+    np.testing.assert_array_equal(surface.heights[0], HEIGHTS.ravel())
+
+
+@needs_reader
+@pytest.mark.parametrize(
+    ("old", "new"), [(">SUR<", ">PCL<"), ("<CY>\n        <AxisType>I", "<CY>\n        <AxisType>A")]
+)
+def test_x3p_of_scattered_points_is_named(
+    old: str, new: str, document: str, tmp_path: Path
+) -> None:
+    path = write_x3p(tmp_path / "map.x3p", document.replace(old, new))
+    assert_rejected(path, "points with an x and y each", "export it as a surface")

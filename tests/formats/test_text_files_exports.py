@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from reading import assert_rejected, write
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import InputError
 from roughcontact.formats.read import channels, read_surface
 from roughcontact.formats.source import Channel
 from roughcontact.surface.surface import Surface

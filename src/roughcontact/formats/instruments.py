@@ -368,9 +368,9 @@ def _reader_errors(path: Path, kind: str) -> contextlib.AbstractContextManager[N
 
 def _reader_stream(path: Path, kind: str) -> io.BufferedIOBase:
     """Return the stream of a reader; a bare Mahr profile is put into the expected archive."""
-    unpacked = metrology.open_sur(path) if kind == "sur" else None
-    if unpacked is not None:
-        return unpacked
+    adapt = {"sur": metrology.open_sur, "x3p": metrology.open_x3p}.get(kind)
+    if adapt is not None and (adapted := adapt(path)) is not None:
+        return adapted
     if kind != "qep" or zipfile.is_zipfile(path):
         return BoundedStream(io.FileIO(path))
     packed = io.BytesIO()

@@ -22,6 +22,7 @@ import re
 import struct
 import zipfile
 import zlib
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -42,6 +43,15 @@ _MIN_ZIP64_BYTES = 2**30
 
 # Members of an X3P archive.
 _DOCUMENT, _POINTS, _SUMS = "main.xml", "bindata/data.bin", "md5checksum.hex"
+# Axis of absolute coordinates; elements that the reader of X3P expects.
+_ABSOLUTE = rb"<C[XY]>(?:(?!</C[XY]>).)*<AxisType>\s*A\s*<"
+_EXPECTED = {
+    rb"<Revision>[^<]*<": b"<Revision>ISO5436 - 2000<",
+    rb"<FeatureType>\s*PRF\s*<": b"<FeatureType>SUR<",
+    # Without a value.
+    rb"<(?:Increment|Offset)\s*/>|<Date>\s*[^\d\s<][^<]*</Date>": b"",
+}
+_LINK = b"<DataLink><PointDataLink>%s</PointDataLink></DataLink>" % _POINTS.encode()
 
 
 def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -67,11 +77,12 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
 def check_x3p(path: Path) -> None:
     """Raise `FormatError` for an X3P file whose members do not match their MD5 checksums."""
     with zipfile.ZipFile(path) as archive:
-        names = set(archive.namelist())
-        stated = archive.read(_SUMS).splitlines() if _SUMS in names else []
+        names = archive.namelist()
+        root = _x3p_root(names)
+        stated = archive.read(root + _SUMS).splitlines() if root + _SUMS in names else []
         # "<sum> *<name>", as written by md5sum.
         sums = [(line[:32], line[32:].strip(b" *")) for line in stated]
-        document = archive.read(_DOCUMENT) if _DOCUMENT in names else b""
+        document = archive.read(root + _DOCUMENT) if root + _DOCUMENT in names else b""
         for what in (b"PointData", b"ValidPoints"):
             result = [
                 re.search(rb"<%s>\s*([^<\s]+)\s*<" % tag, document)
@@ -79,18 +90,63 @@ def check_x3p(path: Path) -> None:
             ]
             sums += [(item[1], two[1]) for item, two in [result] if item and two]
         for stated_sum, member in sums:
-            name = member.decode("utf-8", "replace")
-            if name in names and _md5_of(archive, name).encode() != stated_sum.lower():
+            name = root + member.decode("utf-8", "replace")
+            if member and name in names and _md5_of(archive, name).encode() != stated_sum.lower():
                 raise FormatError(
                     f"{path.name} was damaged or changed after it was written: {name!r} does not "
                     "match its MD5 checksum; take a copy of the file, or export it again"
                 )
         name, text = _x3p_points(document)
+        name = root + name
         if name in names and (found_there := archive.getinfo(name).file_size) != text:
             raise FormatError(
                 f"{path.name} holds {found_there} bytes of points in {name!r}, but its document "
                 f"states {text}; take a copy of the file, or export it again"
             )
+
+
+def _x3p_root(names: Sequence[str]) -> str:
+    """Return the folder of the document in an X3P archive, which belongs into its root."""
+    documents = [name for name in names if f"/{name}".endswith(f"/{_DOCUMENT}")]
+    return min(documents, key=len, default="").removesuffix(_DOCUMENT)
+
+
+def open_x3p(path: Path) -> io.BytesIO | None:
+    """Return a rewritten X3P file if its reader does not accept the original.
+
+    The reader expects the document in the root of the archive, one spelling of the revision, a
+    surface and points in binary form. A profile is a surface of one row.
+    """
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+        root = _x3p_root(names)
+        original = document = archive.read(root + _DOCUMENT) if root + _DOCUMENT in names else b""
+        if re.search(rb">\s*PCL\s*<", document) or re.search(_ABSOLUTE, document, re.DOTALL):
+            raise FormatError(
+                f"{path.name} holds points with an x and y each, no map; export it as a surface, "
+                "FeatureType SUR, or as text x y z"
+            )
+        for pattern, stated in _EXPECTED.items():
+            document = re.sub(pattern, stated, document)
+        points = b""
+        parts = re.split(rb"<DataList>(.*)</DataList>", document, maxsplit=1, flags=re.DOTALL)
+        if len(parts) == 3:
+            cells = re.findall(rb"<Datum\s*(?:/|>([^<]*))", parts[1])
+            points = np.array([float(cell or "nan") for cell in cells], "<f8").tobytes()
+            head = re.sub(rb"(<CZ>.*<DataType>)\s*\w", rb"\1D", parts[0], flags=re.DOTALL)
+            document = head + _LINK + parts[2]
+        if not root and document == original:
+            return None
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w") as rewritten:
+            rewritten.writestr(_DOCUMENT, document)
+            if points:
+                rewritten.writestr(_POINTS, points)
+            for name in names:
+                if name.startswith(f"{root}bindata/") and not name.endswith("/"):
+                    rewritten.writestr(name.removeprefix(root), archive.read(name))
+    packed.seek(0)
+    return packed
 
 
 def _x3p_points(document: bytes) -> tuple[str, int]:
