@@ -118,15 +118,22 @@ def test_unit_and_size_in_the_file_are_not_overruled() -> None:
 
 
 @needs_reader
-def test_a_size_a_million_times_too_large_is_replaced(tmp_path: Path) -> None:
+def test_spacing_of_nanofocus_is_in_nanometers(tmp_path: Path) -> None:
     content, _, _ = vendors.nms()
-    path = write(tmp_path, "map.nms", content)
+    for edge in vendors.PIXEL:
+        # Millimeters, as the library assumes.
+        content = content.replace(struct.pack("<d", 1e3 * edge), struct.pack("<d", 1e9 * edge))
+    assert read_surface(write(tmp_path, "map.nms", content)).pixel == pytest.approx(vendors.PIXEL)
+
+
+@needs_reader
+def test_a_size_a_million_times_too_large_is_replaced(tmp_path: Path) -> None:
+    content, _, _ = vendors.zmg()
+    path = write(tmp_path, "map.zmg", content)
     sound = read_surface(path)
-    for old, axis in ((1e3 * vendors.PIXEL[1], 1), (1e3 * vendors.PIXEL[0], 0)):
-        content = content.replace(
-            struct.pack("<d", old), struct.pack("<d", 1e9 * vendors.PIXEL[axis])
-        )
-    path = write(tmp_path, "map.nms", content)
+    for edge in vendors.PIXEL:
+        content = content.replace(struct.pack("<f", 1e6 * edge), struct.pack("<f", 1e12 * edge), 1)
+    path = write(tmp_path, "map.zmg", content)
     assert_rejected(
         path, "sides (y, x) of 30 m × 44 m", 'size="0.1 mm x 0.2 mm" and override_size=True'
     )

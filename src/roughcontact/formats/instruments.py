@@ -59,7 +59,6 @@ SUFFIXES = {
     "metropro": (".dat",),
     "mi": (".mi",),
     "mnt": (".mnt",),
-    # Some releases read its lateral sizes 10⁶ too large: such a size is rejected as implausible.
     "nms": (".nms",),
     "oir": (".oir",),
     "opd": (".opd",),
@@ -102,6 +101,9 @@ _POINTS_PER_BYTE = 1100
 
 # Memory for reading, in bytes per point.
 _BYTES_PER_POINT = 40
+
+# Largest pixel [m] of NanoFocus' microscopes, which have fields of 0.1 to 3 mm.
+_MAX_NMS_PIXEL = 1e-3
 
 _EPOCH = 1970
 
@@ -157,6 +159,9 @@ def _read_map(path: Path, name: str, requested: ReadOptions) -> Surface:
             refuse_unit(path, requested)
         metre = unit_in_meters(path, described.unit or requested.unit)
         topography, stated = _sized_map(entry, metre)
+        if name == "nms" and stated is not None and min(stated) > _MAX_NMS_PIXEL:
+            # The library takes the nanometers of the file for millimeters.
+            stated = stated[0] * 1e-6, stated[1] * 1e-6
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
         notes: tuple[str, ...] = ()
         if values.ndim == 1:
