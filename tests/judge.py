@@ -157,8 +157,8 @@ def judge_fields(
     reach = pressure - gap / unit
     doubt = np.clip(reach + lost / unit, 0, limit) - np.clip(reach - lost / unit, 0, limit)
     breach = np.where(empty, -gap, 0) + np.where(full, gap, 0) + np.where(between, np.abs(gap), 0)
-    # Single precision promises 1e-4 of ‖p‖: it does not determine where less than that belongs.
-    counted = touchable if digits is np.float64 else touchable & (limit > 1e-4 * norm)
+    # Sums do not determine where less than their digits belongs; single precision promises 1e-4.
+    counted = touchable & (limit > (1e-12 if digits is np.float64 else 1e-4) * norm)
     breach = np.max(breach[counted] - lost[counted], initial=0)
     # Displacements cancel: to less than K₀₀ p, and on a periodic map to less than the longest wave.
     side = max(edge * points for edge, points in zip(pixel, pressure.shape, strict=True))

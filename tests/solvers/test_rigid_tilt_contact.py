@@ -134,6 +134,24 @@ def test_unreachable_sums_return_none() -> None:
     assert shift_to_balance(np.zeros(0), math.inf, rows[:, :0], rest)[0] is None
 
 
+def test_sums_nearly_those_of_the_limits_leave_three_entries_below() -> None:
+    row, column = np.divmod(np.arange(300), 20)
+    rows = np.stack([np.ones(300), row / 19 - 0.4, column / 19 - 0.5])
+    limit = np.ones(300)
+    lack = np.zeros(300)
+    lack[[40, 155, 277]] = 4e-7, 1e-6, 6e-7
+    # Far beyond the limits, as far as the displacement of a whole map is beyond that of a pixel.
+    values = 1 + 40 * np.abs(rows[1]) * np.cos(7.0 * row + column)
+    rest = rows @ (limit - lack)
+    rest[1:] = 0
+    rows[1:] -= (rows[1:] @ (limit - lack) / rest[0])[:, None]
+    result, shift = shift_to_balance(values, 1.0, rows, rest)
+    assert result is not None
+    np.testing.assert_allclose(rows @ result, rest, rtol=0, atol=1e-12 * rest[0])
+    np.testing.assert_allclose(result, np.clip(values + shift @ rows, 0, 1), rtol=0, atol=1e-12)
+    assert np.count_nonzero(result < 1 - 1e-12) <= 3
+
+
 # --- the contact -----------------------------------------------------------------------------
 
 
@@ -335,17 +353,25 @@ def test_no_rigid_rest_is_sought_without_points() -> None:
     assert rigid_tilt(flat, levers, np.array([0.9, 0.0])) is None
 
 
-@pytest.mark.parametrize("height", [1e-3, 1e3])
-def test_a_tripod_far_steeper_than_its_displacement(height: float) -> None:
+def solve_tripod(height: float) -> rc.ContactResult:
     heights = np.zeros((12, 16))
     heights[[1, 10, 5], [2, 3, 13]] = np.array([1.0, 1.1, 0.9]) * height
     surface = rc.Surface(heights, (1e-6, 1e-6))
-    result = rc.solve(surface, load=1e-6, moments=(0.0, 1e-12), material=STEEL, ceiling=None)
+    return rc.solve(surface, load=1e-6, moments=(0.0, 1e-12), material=STEEL, ceiling=None)
+
+
+def test_a_tripod_far_steeper_than_its_displacement() -> None:
+    result = solve_tripod(1e-3)
     assert result.moment_error <= 1e-8
     assert np.count_nonzero(result.contact) == 3
-    # A tilt of 1e9 leaves too few digits for the judge.
-    if height < 1:
-        judge.assert_solved(result, 1e-6)
+    judge.assert_solved(result, 1e-6)
+
+
+def test_a_tilt_without_digits_for_the_certificate_does_not_converge() -> None:
+    # The last digit of a tilt of 1e9 is more than the displacement of the tips.
+    with pytest.raises(rc.ConvergenceError, match="rounding") as caught:
+        solve_tripod(1e3)
+    assert judge.judge(caught.value.result).certificate > 1e-6
 
 
 def test_unbalanced_moments_raise_convergence_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -131,8 +131,8 @@ class Evaluator:
             approach = self._multiplier(index, pressure, total)
         gap, moved, floor = self._pixel_residual(operator, index, pressure, approach)
         size = norm(pressure)
-        if operator.real is not np.float64:
-            # Double precision would resolve this part.
+        if operator.real is not np.float64 or self._tilt.any():
+            # Double precision would resolve this part; a tilt is returned to its last digit only.
             moved = math.hypot(moved, floor)
         return Iterate(
             index=index,
@@ -205,7 +205,8 @@ class Evaluator:
         """Return the gap on some pixels, the norm of their step, and its rounding error.
 
         The step is ``p - clip(p - g/K₀₀, 0, limit)``. Its rounding error follows from the last
-        digit of displacement and initial gap, which has no effect on pixels far beyond a bound.
+        digit of displacement, initial gap and tilt, which has no effect on pixels far beyond a
+        bound.
         """
         bound, doubt = self.limit(index), self.displacement_plus_gap(index)
         gap = doubt - approach
@@ -219,6 +220,10 @@ class Evaluator:
         initial = self.problem.initial_gap.ravel()[index]
         doubt += np.abs(initial, out=initial)
         del initial
+        if (moments := self.problem.moments) is not None:
+            row, column = np.divmod(index, self.open.shape[1])
+            doubt += np.abs(self._tilt[0] * moments.arms[0])[row]
+            doubt += np.abs(self._tilt[1] * moments.arms[1])[column]
         doubt *= 0.5 * float(np.finfo(operator.real).eps) / self.unit
         np.add(reach, doubt, out=step)
         np.clip(step, 0, bound, out=step)

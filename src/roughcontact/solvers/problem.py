@@ -176,6 +176,8 @@ _MOST_FRUITLESS, _FLATTEST, _ROUGH, _STEEPER = 10, 1e-13, 1e-6, 4.0
 _NEARLY, _LONGEST = 0.1, 1e60
 # Relative to the limit, or to the largest value: values closer to a bound are set to the bound.
 _ROUNDING_SHARE = 1e-12
+# Part of a sum up to which it is nearly that of the limits.
+_NEARLY_FULL = 1e-3
 
 
 def shift_to_sum(values: Array, limit: float | Array, total: float) -> float:
@@ -301,15 +303,32 @@ def shift_to_balance(
     Notes
     -----
     The sums are the gradient of a convex function of λ, piecewise quadratic, whose minimum is
-    found by Newton's method. If the values are much larger than the sums, hardly any entry is
-    between its bounds: then the values are scaled down first, and grow in steps.
+    found by Newton's method. Where this fails for sums that are nearly those of the limits, what
+    the entries lack of their limits is found, which has more digits.
+    """
+    result, shift = _balance(values, limit, rows, rest)
+    limits = np.broadcast_to(limit, values.shape)
+    if result is None and limits.sum() - rest[0] < _NEARLY_FULL * rest[0]:
+        lack, opposite = _balance(limits - values, limit, rows, rows @ limits - rest)
+        if lack is not None:
+            return limits - lack, -opposite
+    return result, shift
+
+
+def _balance(values: Array, limit: Limit, rows: Array, rest: Array) -> tuple[Array | None, Array]:
+    """Return the result of `shift_to_balance` by Newton's method.
+
+    If the values are much larger than the sums, hardly any entry is between its bounds: then the
+    values are scaled down first, and grow in steps.
     """
     kept, enough = np.zeros(3), _BALANCE_TOLERANCE * rest[0]
     if not (values.size and rest[0] > 0):
         return None, kept
     shift, error = _balance_multipliers(values, limit, rows, rest, kept)
     if error > _ROUGH * rest[0]:
-        steep = float(values.max(initial=-math.inf)) - float(values.min(initial=math.inf))
+        # Pixels of a start that never touch are infinitely far from it.
+        known = values[np.isfinite(values)]
+        steep = float(known.max(initial=-math.inf)) - float(known.min(initial=math.inf))
         steep = max(steep * values.size / rest[0], 1.0)
         shift, error = _balance_multipliers(values / steep, limit, rows, rest, kept)
         if error > _ROUGH * rest[0]:
