@@ -94,12 +94,7 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
     heights = np.asarray(heights, dtype=np.float64)
     line = heights.shape[0] == 1
     new = _checked_shape(shape, line)
-    missing = int(np.count_nonzero(np.isnan(heights)))
-    if missing:
-        raise InputError(
-            f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
-            argument="heights",
-        )
+    grid.require_complete(heights)
     if method == "spline" and min(heights.shape[line:]) < 4:
         raise InputError(
             f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; "

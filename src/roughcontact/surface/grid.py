@@ -47,6 +47,16 @@ def check_grid(heights: ArrayLike, pixel: Any) -> tuple[NDArray[np.float64], tup
     return copy, edges
 
 
+def require_complete(heights: ArrayLike) -> None:
+    """Raise `InputError` for a map with missing points."""
+    missing = int(np.count_nonzero(np.isnan(heights)))
+    if missing:
+        raise InputError(
+            f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
+            argument="heights",
+        )
+
+
 def _real(heights: ArrayLike) -> NDArray[Any]:
     if isinstance(heights, np.ma.MaskedArray):
         heights = np.ma.filled(heights.astype(np.float64), np.nan)

@@ -52,7 +52,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array, Pixel
-from roughcontact.errors import InputError, input_error, require_pixel
+from roughcontact.errors import input_error, require_pixel
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid
 from roughcontact.surface.roughness import mean_and_count, rms_height
@@ -188,12 +188,7 @@ def _likeliest_wave(power: Array, waves: Array) -> tuple[float, float]:
 def radial_spectrum(heights: Array, pixel: Pixel) -> tuple[Array, Array, Array]:
     """Return the radially averaged power spectral density of a map."""
     require_pixel(pixel)
-    missing = int(np.count_nonzero(np.isnan(heights)))
-    if missing:
-        raise InputError(
-            f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
-            argument="heights",
-        )
+    grid.require_complete(heights)
     (ny, nx), (dy, dx) = heights.shape, pixel
     spectrum = fft.rfft2(heights - mean_and_count(heights)[0])
     qy = 2 * np.pi * fft.frequencies(ny, dy)
