@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from statistics import fmean
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -280,7 +281,7 @@ class SamplingStudy(Result):
             area=area,
             area_low=area * low**2,
             area_high=area * high**2,
-            drift=math.fsum(parts) / len(parts) / value - 1,
+            drift=fmean(parts) / value - 1,
             scaling=result.scaling,
             falls=result.falls,
         )

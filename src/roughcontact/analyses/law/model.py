@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -370,7 +371,7 @@ class InterfaceLaw(Result):
         stiffness = None if flows else self.values(branch, "unloading_stiffness")
         touch = [law.first_touch if branch == LOADING else law.unloading_touch for law in self.maps]
         separation = self.values(branch, "separation").mean(axis=0)
-        return _curve(self.pressures(branch), separation, stiffness, math.fsum(touch) / len(touch))
+        return _curve(self.pressures(branch), separation, stiffness, fmean(touch))
 
     def table(self, branch: str = LOADING, error: float = ERROR) -> LawTable:
         """Return a branch as a `LawTable` for other programs."""
@@ -399,17 +400,13 @@ class InterfaceLaw(Result):
     @cached_property
     def rms_gradient(self) -> float:
         """Root-mean-square gradient h′ of the gap at first touch, mean over the maps."""
-        result = [roughness.rms_gradient(law.gap, law.pair.pixel) for law in self.maps]
-        return math.fsum(result) / len(result)
+        return fmean(roughness.rms_gradient(law.gap, law.pair.pixel) for law in self.maps)
 
     @cached_property
     def asperities(self) -> Asperities:
         """Greenwood-Tripp moments of the gap at first touch, means over the maps."""
         result = [asperities(law.gap, law.pair.pixel) for law in self.maps]
-        means = (
-            math.fsum(getattr(item, name) for item in result) / len(result)
-            for name in ("m0", "m2", "m4")
-        )
+        means = (fmean(getattr(item, name) for item in result) for name in ("m0", "m2", "m4"))
         return Asperities(*means)
 
     def persson(self, pressures: Array) -> Array:
@@ -434,8 +431,7 @@ class InterfaceLaw(Result):
         """u₀ of Persson's p̄ ∝ exp(-ū/u₀) from the spectra of the maps [m]; see `persson`."""
         if not all(law.wave_numbers.size for law in self.maps):
             return math.nan
-        result = [persson.persson_decay(law.wave_numbers, law.variances) for law in self.maps]
-        return math.fsum(result) / len(result)
+        return fmean(persson.persson_decay(law.wave_numbers, law.variances) for law in self.maps)
 
     def thermal_conductance(self, branch: str = LOADING) -> Array:
         """Return the conductance of the contact per area at `pressures` [W/(m² K)], shape (n,).
@@ -642,24 +638,21 @@ def interface_law(
     (True, True)
     """
     collected = _collect_points(contacts)
-    for number, (samples, after) in enumerate(
-        zip(collected, _unloading_points(unloading, collected), strict=True), start=1
-    ):
+    _add_unloading(unloading, collected)
+    for number, samples in enumerate(collected, start=1):
         if len(samples.points) < 2:
             raise InputError(
                 f"has {len(samples.points)} pressure at which map {number} has contact inside its "
                 "rim: a law needs at least two",
                 argument="contacts",
             )
-        samples.unloading = after
     film = to_si(thermal_film, "thermal film", "thermal_film")
     bodies = None
     if conductor is not None and counter_conductor is not None:
         bodies = (conductor_of(conductor), conductor_of(counter_conductor))
-    rims = [samples.rim for samples in collected]
     return InterfaceLaw(
         maps=tuple(_law(samples, number, collected) for number, samples in enumerate(collected, 1)),
-        rim=math.fsum(rims) / len(rims),
+        rim=fmean(samples.rim for samples in collected),
         largest=collected[0].largest,
         messages=_merge_cautions(collected),
         bodies=bodies,
@@ -684,9 +677,10 @@ class _Samples:
     window: Window | None
     rim: float
     largest: ContactResult
-    points: list[tuple[LawPoint, float]] = field(default_factory=list)
+    points: list[LawPoint] = field(default_factory=list)
     judged: list[tuple[float, tuple[Caution, ...]]] = field(default_factory=list)
-    unloading: list[tuple[LawPoint, float]] = field(default_factory=list)
+    unloading: list[LawPoint] = field(default_factory=list)
+    unloading_touch: float = math.nan
 
     @property
     def loads(self) -> list[float]:
@@ -697,7 +691,7 @@ class _Samples:
         point = _point(result, self.window, 0.0)
         self.judged.append((result.load, result.cautions))
         if point.contact_points and point.pressure > 0:
-            self.points.append((point, 0.0))
+            self.points.append(point)
         if result.load >= self.largest.load:
             self.largest = result
 
@@ -719,12 +713,9 @@ def _collect_points(contacts: Iterable[ContactResult]) -> list[_Samples]:
     return answer
 
 
-def _unloading_points(
-    unloading: Iterable[ContactResult], collected: Sequence[_Samples]
-) -> list[list[tuple[LawPoint, float]]]:
-    """Return the unloading points of each map, with the separation at first touch."""
+def _add_unloading(unloading: Iterable[ContactResult], collected: Sequence[_Samples]) -> None:
+    """Add the unloading points of each map, and the separation at first touch."""
     pairs: list[Pair] = []
-    points: list[list[tuple[LawPoint, float]]] = []
     loads: set[float] = set()
     for result in unloading:
         again = result.load in loads
@@ -740,19 +731,18 @@ def _unloading_points(
             if len(pairs) == len(collected):
                 raise _unlike_error(len(pairs) + 1)
             pairs.append(result.pair)
-            points.append([])
         loads.add(result.load)
         samples = collected[len(pairs) - 1]
         lowered = _indentation_inside(samples, result.pair, len(pairs))
         point = _point(result, samples.window, lowered)
         if point.contact_points and point.pressure > 0:
-            points[-1].append((point, _first_touch(result.pair, samples.window) - lowered))
+            samples.unloading.append(point)
+            samples.unloading_touch = _first_touch(result.pair, samples.window) - lowered
     if pairs and len(pairs) < len(collected):
         raise InputError(
             f"has {len(pairs)} maps, and there are {len(collected)}: give all of them, or none",
             argument="unloading",
         )
-    return points or [[] for _ in collected]
 
 
 def _indentation_inside(samples: _Samples, pair: Pair, number: int) -> float:
@@ -809,7 +799,7 @@ def _law(samples: _Samples, number: int, all_of_them: Sequence[_Samples]) -> Map
     alone = [item.pair.surface.provenance.source for item in all_of_them].count(source) == 1
     first = _first_touch(pair, samples.window)
     loading, after = (
-        tuple(sorted((point for point, _ in points), key=lambda point: point.pressure))
+        tuple(sorted(points, key=lambda point: point.pressure))
         for points in (samples.points, samples.unloading)
     )
     return MapLaw(
@@ -817,7 +807,7 @@ def _law(samples: _Samples, number: int, all_of_them: Sequence[_Samples]) -> Map
         pair=pair,
         window=samples.window,
         first_touch=first,
-        unloading_touch=samples.unloading[0][1] if samples.unloading else first,
+        unloading_touch=samples.unloading_touch if samples.unloading else first,
         loading=loading,
         unloading=after,
         **_spectrum(pair, samples.window),
