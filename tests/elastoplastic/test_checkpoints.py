@@ -270,8 +270,9 @@ def test_full_disk_raises_input_error(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def claim(folder: Path, **problem: object) -> Path:
     with checkpoints.lock_folder(
-        folder, problem, kind="trial", record="trial.json", pattern="part-*.npy"
+        folder, lambda: problem, kind="trial", record="trial.json", pattern="part-*.npy"
     ) as place:
+        assert place is not None
         return place.folder
 
 

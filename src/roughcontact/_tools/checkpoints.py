@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -71,17 +71,20 @@ class RunFolder:
 
 @contextmanager
 def lock_folder(
-    folder: str | os.PathLike[str],
-    problem: Mapping[str, Any],
+    folder: str | os.PathLike[str] | None,
+    problem: Callable[[], Mapping[str, Any]],
     *,
     kind: str,
     record: str,
     pattern: str,
-) -> Iterator[RunFolder]:
-    """Lock the folder of a run, and write its record or compare it with the problem."""
+) -> Iterator[RunFolder | None]:
+    """Lock the folder of a run, if any, and write its record or compare it with the problem."""
+    if folder is None:
+        yield None
+        return
     folder = Path(folder)
     # With the types that JSON returns, for the comparison with the file.
-    described: dict[str, Any] = json.loads(to_json(problem))
+    described: dict[str, Any] = json.loads(to_json(problem()))
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a folder", argument="folder")
     with _lock_exclusively(folder, f"{Path(record).stem}.lock", kind):

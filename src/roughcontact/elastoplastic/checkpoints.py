@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -108,29 +107,6 @@ def read_checkpoint(path: Path) -> Checkpoint:
             float(dataset.attrs["seconds"]),
             archive.carried_arrays(dataset),
         )
-
-
-@contextmanager
-def open_step_folder(
-    folder: str | os.PathLike[str] | None,
-    problem: ElastoplasticProblem,
-    path: list[PathPoint],
-    start: ElastoplasticResult | None,
-    volume: list[float],
-    *,
-    automatic: bool,
-) -> Iterator[CheckpointSeries]:
-    """Lock the folder of a run, and return the checkpoints of the run in it."""
-    if folder is None:
-        yield CheckpointSeries(None, problem, path)
-        return
-    described = _run_record(problem, start, volume)
-    if automatic:
-        described["increments"] = "auto"
-    with checkpoints.lock_folder(
-        folder, described, kind="run", record="volume.json", pattern="step-*.nc"
-    ) as place:
-        yield CheckpointSeries(place, problem, path)
 
 
 class CheckpointSeries:
@@ -258,8 +234,11 @@ class CheckpointSeries:
             ) from None
 
 
-def _run_record(
-    problem: ElastoplasticProblem, start: ElastoplasticResult | None, volume: list[float]
+def run_record(
+    problem: ElastoplasticProblem,
+    start: ElastoplasticResult | None,
+    volume: list[float],
+    automatic: bool,
 ) -> dict[str, Any]:
     """Return the record of a run: all inputs on which its states depend."""
     described = problem.pair.record()
@@ -274,4 +253,6 @@ def _run_record(
         layers = [strain for body in start.bodies for strain in body.plastic_strain]
         flowed = [layer for body in start.bodies for layer in body.accumulated]
         described["start"] = checkpoints.digest_arrays(start.solution.pressure, *layers, *flowed)
+    if automatic:
+        described["increments"] = "auto"
     return described

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.checkpoints import lock_folder
 from roughcontact._version import __version__
 from roughcontact.contact.load_case import Load, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
@@ -26,7 +27,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
 from roughcontact.contact.validation import as_finite_row, check_holes
 from roughcontact.elastoplastic import increments as stepping, problem as setup
-from roughcontact.elastoplastic.checkpoints import Checkpoint, CheckpointSeries, open_step_folder
+from roughcontact.elastoplastic.checkpoints import Checkpoint, CheckpointSeries, run_record
 from roughcontact.elastoplastic.increments import AUTO, IncrementLoop, IterationInfo, points_between
 from roughcontact.elastoplastic.problem import (
     MIN_LAYERS,
@@ -366,7 +367,11 @@ def solve_elastoplastic(
     solver, extent = _prepare_solver(problem, points, *volume, start, workspace)
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(IncrementLoop, problem, solver, workspace, deepen=layers is None)
-    with open_step_folder(folder, problem, points, start, layered, automatic=automatic) as steps:
+    record = partial(run_record, problem, start, layered, automatic)
+    with lock_folder(
+        folder, record, kind="run", record="volume.json", pattern="step-*.nc"
+    ) as place:
+        steps = CheckpointSeries(place, problem, points)
         run = _PathRun(problem, points, automatic, steps, progress, began, on_step)
         result = run.final_state(start, extent, loop_in)
     result = replace(result, solution=replace(result.solution, specified_load=specified))

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -544,7 +543,10 @@ def history(
     pair.require_map("a load history", coated=False)
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     way = _path_in_pixels(pair, requested, terms, len(one_pass))
-    with _lock_folder(folder, way, terms) as place:
+    record = partial(way.record, terms)
+    with checkpoints.lock_folder(
+        folder, record, kind="history", record="history.json", pattern="step-*.npz"
+    ) as place:
         recommended = None
         if isinstance(ceiling, str) and ceiling == CALIBRATED:
             first = _solve_largest(way)
@@ -580,27 +582,6 @@ def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, eac
     return way
 
 
-@contextmanager
-def _lock_folder(
-    folder: str | os.PathLike[str] | None, way: _Path, terms: LoadCase
-) -> Iterator[RunFolder | None]:
-    """Lock the folder of the steps, if there is one."""
-    if folder is None:
-        yield None
-        return
-    record = {
-        **way.bodies.pair.record(),
-        **terms.record(),
-        # Without shifts only the first pass, so that more passes can be requested later; with
-        # shifts the map of a flat depends on the number of passes.
-        "path": [asdict(stage) for stage in way.stages[: way.each if way.stays else None]],
-    }
-    with checkpoints.lock_folder(
-        folder, record, kind="history", record="history.json", pattern="step-*.npz"
-    ) as place:
-        yield place
-
-
 def _solve_largest(way: _Path) -> ContactResult:
     """Return the contact at first loading to the largest load, with calibrated ceiling."""
     usual = [(_first_loaded(way, number, way.terms.ceiling), number) for number in way.largest()]
@@ -632,6 +613,14 @@ class _Path:
         return all(
             shift == self.shifts[number % self.each] for number, shift in enumerate(self.shifts)
         )
+
+    def record(self, terms: LoadCase) -> dict[str, Any]:
+        """Return the record of the inputs of the steps, with the ceiling as given."""
+        # Without shifts only the first pass, so that more passes can be requested later; with
+        # shifts the map of a flat depends on the number of passes.
+        stages = self.stages[: self.each if self.stays else None]
+        path = [asdict(stage) for stage in stages]
+        return {**self.bodies.pair.record(), **terms.record(), "path": path}
 
     def is_settled(self, steps: Sequence[HistoryStep]) -> bool:
         """Return whether these steps end with a pass without new indentation."""

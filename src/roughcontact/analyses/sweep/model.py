@@ -306,10 +306,8 @@ max_iterations, precision, device
         terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
         sweep = _Sweep(pair, terms, control, values, stated)
         sweep.check()
-        if folder is None:
-            return sweep.curve(_steps(sweep, None, progress))
         with checkpoints.lock_folder(
-            folder, sweep.record(), kind="sweep", record="sweep.json", pattern="step-*.npz"
+            folder, sweep.record, kind="sweep", record="sweep.json", pattern="step-*.npz"
         ) as place:
             return sweep.curve(_steps(sweep, place, progress))
 

@@ -23,7 +23,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -524,7 +523,9 @@ class _Run:
         self, folder: Any, progress: Tell, specified: GivenLoad | None, **stated: Any
     ) -> Wear:
         """Return the wear over the whole distance."""
-        with self.lock(folder) as place:
+        with checkpoints.lock_folder(
+            folder, self.inputs, kind="wear", record=RECORD, pattern=FILES
+        ) as place:
             solved, (first, last), errors = self.follow_distance(place, progress)
         return Wear(
             solved,
@@ -535,20 +536,15 @@ class _Run:
             **stated,
         )
 
-    def lock(
-        self, folder: str | os.PathLike[str] | None
-    ) -> AbstractContextManager[RunFolder | None]:
-        """Return the lock of the folder of the steps, if there is one."""
-        if folder is None:
-            return nullcontext()
+    def inputs(self) -> dict[str, Any]:
+        """Return the record of the inputs of the steps."""
         ceiling = self.terms.ceiling
         held = ceiling if isinstance(ceiling, str | None) else checkpoints.digest_arrays(ceiling)
         record = {**self.pair.record(), "boundary": str(self.pair.boundary), "ceiling": held}
         terms = ("load", "tolerance", "max_iterations")
         record |= {name: getattr(self.terms, name) for name in terms}
         record |= {"distance": self.distances, "wear_coefficients": self.shaping}
-        record |= {"max_moved": self.max_moved, "steps": self.count}
-        return checkpoints.lock_folder(folder, record, kind="wear", record=RECORD, pattern=FILES)
+        return record | {"max_moved": self.max_moved, "steps": self.count}
 
 
 _FLAT = Provenance("flat")
