@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import files
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.files import atomic_write, to_json, write_atomically
 from roughcontact.errors import FormatError, InputError, OtherRunError
 
@@ -143,6 +144,21 @@ def _closed_error(folder: Path, reason: str = "") -> InputError:
     return InputError(
         f"{folder} cannot be written to{reason}; give another folder", argument="folder"
     )
+
+
+def pack_map(name: str, values: Array, index: str = "index") -> dict[str, NDArray[Any]]:
+    """Return the values of a map that are not zero, and their places."""
+    places = np.flatnonzero(values)
+    return {index: places, name: values.ravel()[places]}
+
+
+def unpack_map(
+    arrays: Mapping[str, Any], name: str, shape: tuple[int, ...], index: str = "index"
+) -> Array:
+    """Return a map from its arrays of `pack_map`."""
+    values = np.zeros(shape)
+    values.ravel()[arrays[index]] = arrays[name]
+    return values
 
 
 def write_step(path: Path, step: Any, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -> None:

@@ -761,9 +761,7 @@ def _save_step(
 ) -> None:
     if place is not None:
         file, mark = _place(way, number, place)
-        index = np.flatnonzero(new)
-        arrays = {"index": index, "indented": new.ravel()[index]}
-        checkpoints.write_step(file, step, arrays, mark)
+        checkpoints.write_step(file, step, checkpoints.pack_map("indented", new), mark)
 
 
 def _cached_step(
@@ -777,9 +775,7 @@ def _cached_step(
         return None
     names = "index", "indented"
     step, arrays = checkpoints.read_step(file, HistoryStep, names, mark, "history")
-    new = np.zeros(way.bodies.pair.shape)
-    new.ravel()[arrays["index"]] = arrays["indented"]
-    return step, new
+    return step, checkpoints.unpack_map(arrays, "indented", way.bodies.pair.shape)
 
 
 def _solve_stage(

@@ -451,7 +451,9 @@ def _steps(
             except ConvergenceError as error:
                 raise _unsolved(sweep, number, place, error) from None
             if path is not None:
-                _write_step(path, step, pressure, start, mark)
+                arrays = checkpoints.pack_map("pressure", pressure)
+                arrays |= checkpoints.pack_map("following", start, "following_index")
+                checkpoints.write_step(path, step, arrays, mark)
         yield step, pressure
 
 
@@ -537,31 +539,13 @@ def _step(result: ContactResult, stiffness: float, unloading: float | None) -> L
     )
 
 
-# Steps on disk
-
-
-def _write_step(
-    path: Path, step: LoadStep, pressure: Array, following: Array, mark: Mapping[str, Any]
-) -> None:
-    index, start = np.flatnonzero(pressure), np.flatnonzero(following)
-    arrays = {
-        "index": index,
-        "pressure": pressure.ravel()[index],
-        "following_index": start,
-        "following": following.ravel()[start],
-    }
-    checkpoints.write_step(path, step, arrays, mark)
-
-
 def _read_step(
     path: Path, shape: tuple[int, int], mark: Mapping[str, Any]
 ) -> tuple[LoadStep, Array, Array]:
     names = "index", "pressure", "following_index", "following"
     step, arrays = checkpoints.read_step(path, LoadStep, names, mark, "sweep")
-    pressure, following = np.zeros(shape), np.zeros(shape)
-    pressure.ravel()[arrays["index"]] = arrays["pressure"]
-    following.ravel()[arrays["following_index"]] = arrays["following"]
-    return step, pressure, following
+    following = checkpoints.unpack_map(arrays, "following", shape, "following_index")
+    return step, checkpoints.unpack_map(arrays, "pressure", shape), following
 
 
 def curve_uncertainty(curve: LoadCurve, *how: Any, **more: Any) -> LoadCurve:

@@ -578,13 +578,8 @@ def _file(place: RunFolder, number: int) -> tuple[Path, dict[str, Any]]:
 
 def _write_step(place: RunFolder, number: int, step: WearStep, state: _State) -> None:
     file, mark = _file(place, number)
-    index = np.flatnonzero(state.pressure)
-    arrays = {
-        "index": index,
-        "pressure": state.pressure.ravel()[index],
-        "proposed": state.proposed,
-        "compliance": state.compliance,
-    }
+    arrays: dict[str, Any] = checkpoints.pack_map("pressure", state.pressure)
+    arrays |= {"proposed": state.proposed, "compliance": state.compliance}
     checkpoints.write_step(file, step, arrays, mark)
 
 
@@ -595,8 +590,7 @@ def _read_step(place: RunFolder, number: int, before: _State) -> tuple[WearStep,
         return None
     names = "index", "pressure", "proposed", "compliance"
     step, arrays = checkpoints.read_step(file, WearStep, names, mark, "wear")
-    pressure = np.zeros(before.pressure.shape)
-    pressure.ravel()[arrays["index"]] = arrays["pressure"]
+    pressure = checkpoints.unpack_map(arrays, "pressure", before.pressure.shape)
     compliance = float(arrays["compliance"])
     depth, proposed = before.depth + compliance * pressure, float(arrays["proposed"])
     return step, _State(step.distance, depth, pressure, proposed, compliance)
