@@ -203,6 +203,11 @@ def test_each_branch_has_conductance_of_its_contacts() -> None:
     assert (ratio[:-1] > 1.2).all()
 
 
+def test_negative_film_raises_input_error() -> None:
+    with pytest.raises(rc.InputError, match="thermal_film must be zero or positive"):
+        rc.interface_law(CONTACTS[0], thermal_film=-1e-6)
+
+
 def test_closed_joint_has_no_resistance() -> None:
     p = [0.05e6, 0.5e6, 50e9]
     contacts = [

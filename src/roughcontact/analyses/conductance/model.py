@@ -590,8 +590,8 @@ def conductance(
     """
     bodies = conductor_of(conductor), conductor_of(counter_conductor)
     films = (
-        _film(electrical_film, "film", "electrical_film"),
-        _film(thermal_film, "thermal film", "thermal_film"),
+        parse_film(electrical_film, "film", "electrical_film"),
+        parse_film(thermal_film, "thermal film", "thermal_film"),
     )
     _check(bodies, films)
     warmth = temperature_or_room(temperature)
@@ -794,7 +794,8 @@ def conductor_of(specified: Conductor | str) -> Conductor:
     return catalog.entry(specified).conductor if isinstance(specified, str) else specified
 
 
-def _film(value: Quantity, dimension: str, argument: str) -> float:
+def parse_film(value: Quantity, dimension: str, argument: str) -> float:
+    """Return a film resistance × area in SI units; zero without a film."""
     result = to_si(value, dimension, argument)
     if not (isinstance(result, (int, float)) and 0 <= result < math.inf):
         raise input_error(argument, value, "must be zero or positive, and finite")

@@ -16,7 +16,7 @@ from roughcontact._tools import statistics
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import Mean
-from roughcontact.analyses.conductance.model import conductor_of
+from roughcontact.analyses.conductance.model import conductor_of, parse_film
 from roughcontact.analyses.law import curve as law_curve
 from roughcontact.analyses.law.curve import ERROR, Asperities, Curve, Resolved, asperities
 from roughcontact.analyses.tangential import model as tangential
@@ -42,7 +42,7 @@ from roughcontact.material.material import Conductor
 from roughcontact.result import Result
 from roughcontact.surface import roughness, spectrum
 from roughcontact.theory import persson
-from roughcontact.units import Quantity, to_si
+from roughcontact.units import Quantity
 
 LOADING, UNLOADING = "loading", "unloading"
 """Branches of a law: first loading, and unloading (or reloading to the largest load)."""
@@ -646,7 +646,7 @@ def interface_law(
                 "rim: a law needs at least two",
                 argument="contacts",
             )
-    film = to_si(thermal_film, "thermal film", "thermal_film")
+    film = parse_film(thermal_film, "thermal film", "thermal_film")
     bodies = None
     if conductor is not None and counter_conductor is not None:
         bodies = (conductor_of(conductor), conductor_of(counter_conductor))
@@ -656,7 +656,7 @@ def interface_law(
         largest=collected[0].largest,
         messages=_merge_cautions(collected),
         bodies=bodies,
-        thermal_film=float(film),
+        thermal_film=film,
         friction=None if friction is None else _friction(collected[0].largest, friction),
     )
 
