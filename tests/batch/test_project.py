@@ -20,7 +20,7 @@ from roughcontact.request.options import CEILING, HEAD, LOAD
 
 Capture = pytest.CaptureFixture[str]
 
-PROJECT = """\
+HEADER = """\
 folder = "results"
 write = ["nc", "csv"]
 
@@ -33,7 +33,8 @@ yield-strength = "1 GPa"
 unit = "um"
 size = "0.1 mm x 0.2 mm"
 material = "steel"
-
+"""
+PROJECT = f"""{HEADER}
 [[contact]]
 name = "one"
 file = "rough.npy"
@@ -516,19 +517,7 @@ def test_too_long_names_raise_input_error_before_solve(old: str, new: str, folde
         outputs.check_place(folder / f"{300 * 'x'}.nc", "output")
 
 
-TASKS = """\
-folder = "results"
-write = ["nc", "csv", "svg", "html"]
-
-[materials.steel]
-young = "210 GPa"
-poisson = 0.3
-yield-strength = "1 GPa"
-
-[defaults]
-unit = "um"
-size = "0.1 mm x 0.2 mm"
-material = "steel"
+TASKS = f"""{HEADER.replace('"csv"]', '"csv", "svg", "html"]')}\
 load = "0.5 N"
 friction = 0.2
 folder = "kept"

@@ -1,6 +1,5 @@
 import errno
 import html
-import importlib.util
 import json
 import os
 import re
@@ -16,7 +15,7 @@ import openpyxl
 import pytest
 
 import roughcontact
-from paths import MEASUREMENTS
+from reading import measurement, needs_reader
 from roughcontact import read_result
 from roughcontact._tools import memory
 from roughcontact.cautions import CautionTag, explain_tag
@@ -30,10 +29,6 @@ from roughcontact.solvers.progress import Step
 from roughcontact.theory import hertz
 
 PACKAGE = Path(roughcontact.__file__).parents[1]
-
-needs_reader = pytest.mark.skipif(
-    importlib.util.find_spec("SurfaceTopography") is None, reason="SurfaceTopography is absent"
-)
 
 STEEL = ("--young", "210 GPa", "--poisson", "0.3")
 YIELDING = (*STEEL, "--yield-strength", "1 GPa")
@@ -65,13 +60,6 @@ def map_with_holes(tmp_path: Path) -> Path:
     path = tmp_path / "holed.npy"
     np.save(path, heights)
     return path
-
-
-def measurement(name: str) -> str:
-    path = MEASUREMENTS / name
-    if not path.exists():
-        pytest.skip(f"shared/measurements/{name} is absent")
-    return str(path)
 
 
 def width(out: str) -> int:
@@ -974,7 +962,7 @@ def test_info_advises_filling_of_any_share(spikes: int, tmp_path: Path, capsys: 
 
 @needs_reader
 def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
-    assert app.main(["info", measurement("uncd_afm.001"), "--verbose"]) == app.SOLVED
+    assert app.main(["info", str(measurement("uncd_afm.001")), "--verbose"]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     assert width(out) <= 80
@@ -1005,7 +993,7 @@ def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
 )
 def test_measured_files_are_solved(name: str, load: str, ceiling: str, capsys: Capture) -> None:
     arguments = ["--load", load, *YIELDING, "--missing", "fill", "--ceiling", ceiling, "--json"]
-    assert app.main(["solve", measurement(name), *arguments]) == app.SOLVED
+    assert app.main(["solve", str(measurement(name)), *arguments]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     record = json.loads(out, parse_constant=pytest.fail)
@@ -1027,7 +1015,7 @@ def test_damaged_measurement_is_rejected_in_one_sentence(
 ) -> None:
     name = "di_corrupted.di"
     options = ["--load", "1 N", *STEEL, "--output", str(tmp_path / "out.nc")]
-    arguments = [command, measurement(name), *(options if command == "solve" else [])]
+    arguments = [command, str(measurement(name)), *(options if command == "solve" else [])]
     assert_rejected(capsys, app.main(arguments), name)
     assert files(tmp_path) == set()
 

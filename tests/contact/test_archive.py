@@ -18,25 +18,13 @@ from roughcontact.drawing.sections import linear_bins
 from roughcontact.elastoplastic.archive import load_result
 from roughcontact.errors import FormatError
 from roughcontact.surface.provenance import NOTE
+from written import PIXEL, SHAPE, rough
 
 STEEL = rc.Material(young=210e9, poisson=0.3, name="steel")
 YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="hard steel 1/3")
 CERAMIC = rc.Material(young=400e9, poisson=0.23, name="alumina", hardness=15e9 / 7)
-# ny ≠ nx and dy ≠ dx, neither of them a binary fraction.
-SHAPE, PIXEL = (23, 36), (0.7e-6, 0.9e-6)
 ORIGIN = rc.Provenance("ground.opd", "Wyko NT1100", "Raw", ("leveled: plane", "a second step"))
-SURFACE = rc.Surface(
-    rc.self_affine(
-        SHAPE,
-        PIXEL,
-        rms_height=0.1e-6,
-        rolloff_wavelength=9e-6,
-        cutoff_wavelength=2e-6,
-        rng=np.random.default_rng(5),
-    ),
-    PIXEL,
-    ORIGIN,
-)
+SURFACE = rc.Surface(rough(holes=False).heights, PIXEL, ORIGIN)
 
 
 def surface_with_holes() -> rc.Surface:

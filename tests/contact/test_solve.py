@@ -8,6 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 import broken
 import roughcontact as rc
+from maps import anisotropic_surface
 from roughcontact.cautions import CautionTag
 from roughcontact.halfspace import convolution
 
@@ -23,19 +24,6 @@ def kinds(result: rc.ContactResult) -> set[str]:
 
 def reference(n, seed=0):
     heights, pixel = rc.reference_map(n, seed)
-    return rc.Surface(heights, pixel)
-
-
-def rough(shape=(45, 70), pixel=(0.8e-6, 0.5e-6), seed=0):
-    """A rough map with ny ≠ nx and dy ≠ dx."""
-    heights = rc.self_affine(
-        shape,
-        pixel,
-        rms_height=0.1e-6,
-        rolloff_wavelength=12e-6,
-        cutoff_wavelength=2e-6,
-        rng=np.random.default_rng(seed),
-    )
     return rc.Surface(heights, pixel)
 
 
@@ -121,7 +109,7 @@ def test_any_material_and_unit(
     independent, young, poisson, counter, strain, filling, boundary, lengths, seed
 ):
     one, two = rc.Material(young, poisson), rc.Material(counter, 0.25)
-    surface = rough((23, 31), seed=seed)
+    surface = anisotropic_surface((23, 31), seed=seed)
     surface = rc.Surface(
         surface.heights * lengths, (surface.pixel[0] * lengths, surface.pixel[1] * lengths)
     )
@@ -138,7 +126,7 @@ def test_any_material_and_unit(
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("filling", [0.5, 0.9, 0.99, 0.999, 0.9999, 1.0])
 def test_ceilings_up_to_full_capacity(independent, filling, boundary):
-    surface = rough()
+    surface = anisotropic_surface()
     load = 0.5
     ceiling = load / area(surface) / filling
     if filling == 1.0:
@@ -157,7 +145,7 @@ def test_ceilings_up_to_full_capacity(independent, filling, boundary):
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 def test_a_start_within_the_tolerance_is_settled_on_its_bounds(independent, boundary):
     # The uniform pressure is a solution to 1e-8, but none of its pixels is at the ceiling.
-    surface = rough()
+    surface = anisotropic_surface()
     load = 0.5
     ceiling = load / area(surface) / (1 - 1e-8)
     result = rc.solve(surface, material=YIELDING, load=load, ceiling=ceiling, boundary=boundary)
@@ -170,7 +158,7 @@ def test_a_start_within_the_tolerance_is_settled_on_its_bounds(independent, boun
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 def test_steep_surface_under_a_very_low_ceiling(independent, boundary):
     # Gap over K₀₀ is 1e4 to 1e6 times the ceiling: the multiplier's root find has far to go.
-    surface = rough((74, 12))
+    surface = anisotropic_surface((74, 12))
     surface = rc.Surface(surface.heights * 100, surface.pixel)
     for filling in (0.5, 0.99, 0.9999, 1 - 1e-6):
         mean = 1e-6 * 231e9
@@ -192,7 +180,7 @@ def test_transposed_and_mirrored_maps(change, ceiling, boundary):
         "transposed": lambda a: np.ascontiguousarray(a.T),
         "upside down": lambda a: np.ascontiguousarray(a[::-1]),
     }[change]
-    surface = rough()
+    surface = anisotropic_surface()
     there = back = ceiling
     if ceiling == "map":
         there = np.random.default_rng(1).uniform(1e9, 4e9, surface.shape)
@@ -210,7 +198,7 @@ def test_transposed_and_mirrored_maps(change, ceiling, boundary):
 
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_a_periodic_map_may_begin_anywhere(ceiling):
-    surface = rough()
+    surface = anisotropic_surface()
     options = {
         "material": STEEL,
         "load": 0.5,
@@ -225,7 +213,7 @@ def test_a_periodic_map_may_begin_anywhere(ceiling):
 
 
 def test_heights_may_start_anywhere():
-    surface = rough()
+    surface = anisotropic_surface()
     one = rc.solve(surface, material=STEEL, load=0.5, tolerance=1e-9)
     lifted = rc.Surface(surface.heights + 1e-3, surface.pixel)
     two = rc.solve(lifted, material=STEEL, load=0.5, tolerance=1e-9)
@@ -241,7 +229,7 @@ def test_heights_may_start_anywhere():
 @pytest.mark.parametrize("ceiling", [None, 2e9, "map"])
 @pytest.mark.parametrize("missing", [0.01, 0.4])
 def test_masked_pixels_never_touch(independent, missing, ceiling, boundary):
-    surface = rough()
+    surface = anisotropic_surface()
     heights = surface.heights.copy()
     rng = np.random.default_rng(2)
     heights[rng.random(heights.shape) < missing] = np.nan
@@ -260,7 +248,7 @@ def test_masked_pixels_never_touch(independent, missing, ceiling, boundary):
 
 
 def test_masking_deep_points_keeps_solution():
-    surface = rough()
+    surface = anisotropic_surface()
     options = {"material": STEEL, "load": 0.2, "tolerance": 1e-9}
     whole = rc.solve(surface, **options)
     heights = surface.heights.copy()
@@ -272,7 +260,7 @@ def test_masking_deep_points_keeps_solution():
 
 
 def test_capacity_counts_touchable_pixels_only():
-    surface = rough()
+    surface = anisotropic_surface()
     heights = surface.heights.copy()
     heights[:, :35] = np.nan
     masked = rc.Surface(heights, surface.pixel).masked()
@@ -287,7 +275,7 @@ def test_capacity_counts_touchable_pixels_only():
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 def test_ceiling_by_pixel(independent, boundary):
-    surface = rough()
+    surface = anisotropic_surface()
     ceiling = np.where(np.arange(surface.shape[1]) < 35, 1e9, 3e9) * np.ones((45, 1))
     ceiling[:5] = np.inf
     result = rc.solve(surface, material=STEEL, load=0.8, ceiling=ceiling, boundary=boundary)
@@ -304,7 +292,7 @@ def test_ceiling_by_pixel(independent, boundary):
 
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_two_measured_bodies_are_their_sum(independent, ceiling):
-    one, two = rough(seed=3), rough(seed=4)
+    one, two = anisotropic_surface(seed=3), anisotropic_surface(seed=4)
     options = {"load": 0.5, "ceiling": ceiling, "tolerance": 1e-9}
     copper = rc.Material(120e9, 0.34)
     pair = rc.solve(one, counter_surface=two, material=STEEL, counter_material=copper, **options)
@@ -320,11 +308,14 @@ def test_two_measured_bodies_are_their_sum(independent, ceiling):
 
 
 def test_holes_of_either_body_never_touch():
-    one, two = rough(seed=3).heights.copy(), rough(seed=4).heights.copy()
+    one, two = (
+        anisotropic_surface(seed=3).heights.copy(),
+        anisotropic_surface(seed=4).heights.copy(),
+    )
     # Next to the highest points, where the bodies would touch.
     first, second = np.argsort(one + two, axis=None)[[-3, -4]]
     one.flat[first] = two.flat[second] = np.nan
-    pixel = rough().pixel
+    pixel = anisotropic_surface().pixel
     result = rc.solve(
         rc.Surface(one, pixel).masked(),
         counter_surface=rc.Surface(two, pixel).masked(),
@@ -343,7 +334,7 @@ def test_holes_of_either_body_never_touch():
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_approach_control_reproduces_load_control(independent, ceiling, boundary):
-    surface = rough()
+    surface = anisotropic_surface()
     options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-9}
     one = rc.solve(surface, load=0.5, **options)
     two = rc.solve(surface, approach=one.approach, **options)
@@ -356,7 +347,7 @@ def test_approach_control_reproduces_load_control(independent, ceiling, boundary
 
 
 def test_approach_beyond_full_periodic_contact_has_no_load():
-    surface = rough()
+    surface = anisotropic_surface()
     full = float(surface.heights.max() - surface.heights.mean())
     with pytest.raises(rc.CapacityError, match=r"approach.*full contact"):
         rc.solve(surface, material=STEEL, approach=1.1 * full, boundary="periodic")
@@ -465,7 +456,7 @@ def test_awkward_shapes(independent, kind, shape, boundary):
 
 
 def test_full_periodic_contact(independent):
-    surface = rough()
+    surface = anisotropic_surface()
     result = rc.solve(surface, material=STEEL, load=1e3, boundary="periodic")
     independent.assert_solved(result, 1e3)
     assert result.contact_fraction == 1
@@ -491,7 +482,7 @@ def test_guess_from_higher_load_saves_convolutions() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_start_from_a_neighbouring_load(independent, ceiling):
-    surface = rough((90, 140))
+    surface = anisotropic_surface((90, 140))
     options = {"material": STEEL, "ceiling": ceiling, "tolerance": 1e-9}
     cold = rc.solve(surface, load=0.55, **options)
     for load in (0.5, 0.1, 0.0001, 2.0):
@@ -634,9 +625,9 @@ def test_progress_callback_follows_solve():
 
 
 def test_inputs_are_not_changed():
-    heights = rough().heights.copy()
+    heights = anisotropic_surface().heights.copy()
     ceiling = np.full(heights.shape, 2e9)
-    surface = rc.Surface(heights, rough().pixel)
+    surface = rc.Surface(heights, anisotropic_surface().pixel)
     kept = heights.copy()
     result = rc.solve(surface, material=STEEL, load=0.5, ceiling=ceiling)
     np.testing.assert_array_equal(heights, kept)
@@ -681,7 +672,7 @@ def test_regimes():
 
 
 def test_automatic_ceiling():
-    surface = rough()
+    surface = anisotropic_surface()
     assert rc.solve(surface, material=STEEL, load=0.1).ceiling is None
     assert rc.solve(surface, material=YIELDING, load=0.1).ceiling == 3e9
     assert rc.solve(surface, material=YIELDING, load=0.1, ceiling=None).ceiling is None
@@ -695,7 +686,7 @@ def test_automatic_ceiling():
 
 
 def test_numbers_of_a_result(independent):
-    surface = rough()
+    surface = anisotropic_surface()
     result = rc.solve(surface, material=YIELDING, load=0.8)
     found = independent.assert_solved(result, 0.8)
     pixel_area = surface.pixel[0] * surface.pixel[1]
@@ -764,24 +755,24 @@ BAD_SOLVE = [
 @pytest.mark.parametrize(("options", "words"), BAD_SOLVE)
 def test_bad_arguments_of_solve(options, words):
     with pytest.raises(rc.InputError, match=words) as caught:
-        rc.solve(rough(), **{"material": STEEL, "load": 0.5, **options})
+        rc.solve(anisotropic_surface(), **{"material": STEEL, "load": 0.5, **options})
     assert isinstance(caught.value, ValueError)
 
 
 def test_start_must_fit():
-    other = rc.solve(rough((20, 30)), material=STEEL, load=0.1)
+    other = rc.solve(anisotropic_surface((20, 30)), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match=r"initial_guess.*\(20, 30\).*\(45, 70\)"):
-        rc.solve(rough(), material=STEEL, load=0.5, initial_guess=other)
+        rc.solve(anisotropic_surface(), material=STEEL, load=0.5, initial_guess=other)
 
 
 def test_holes_have_to_be_handled():
-    heights = rough().heights.copy()
+    heights = anisotropic_surface().heights.copy()
     heights[3, 4:7] = np.nan
-    surface = rc.Surface(heights, rough().pixel)
+    surface = rc.Surface(heights, anisotropic_surface().pixel)
     with pytest.raises(rc.InputError, match=r"surface has 3 missing.*filled.*cropped.*masked"):
         rc.solve(surface, material=STEEL, load=0.5)
     with pytest.raises(rc.InputError, match=r"counter_surface has 3 missing"):
-        rc.solve(rough(), counter_surface=surface, material=STEEL, load=0.5)
+        rc.solve(anisotropic_surface(), counter_surface=surface, material=STEEL, load=0.5)
     for handled in (surface.filled(), surface.masked(), surface.cropped((10, 40), (0, 70))):
         assert rc.solve(handled, material=STEEL, load=0.1).converged
 
@@ -798,16 +789,16 @@ def test_bodies_without_common_points_raise_error():
 
 def test_two_rigid_bodies():
     with pytest.raises(rc.InputError, match="rigid"):
-        rc.solve(rough(), material=rc.RIGID, counter_material=rc.RIGID, load=0.5)
+        rc.solve(anisotropic_surface(), material=rc.RIGID, counter_material=rc.RIGID, load=0.5)
     # One rigid body is fine, whichever it is.
     options = {"load": 0.5, "tolerance": 1e-9}
-    one = rc.solve(rough(), material=STEEL, counter_material=rc.RIGID, **options)
-    two = rc.solve(rough(), material=rc.RIGID, counter_material=STEEL, **options)
+    one = rc.solve(anisotropic_surface(), material=STEEL, counter_material=rc.RIGID, **options)
+    two = rc.solve(anisotropic_surface(), material=rc.RIGID, counter_material=STEEL, **options)
     np.testing.assert_array_equal(one.pressure, two.pressure)
 
 
 def test_capacity_error_states_load_and_capacity():
-    surface = rough()
+    surface = anisotropic_surface()
     capacity = 1e8 * area(surface)
     with pytest.raises(rc.CapacityError, match=f"load = 0.5 N.*{capacity:.6g} N"):
         rc.solve(surface, material=STEEL, load=0.5, ceiling=1e8)

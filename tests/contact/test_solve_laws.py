@@ -6,25 +6,13 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from maps import anisotropic_surface
 from roughcontact.theory import hertz
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
 BOUNDARIES = ["free", "periodic"]
 CEILINGS = [None, 2e9]
-
-
-def rough(seed=0, shape=(45, 70), pixel=(0.8e-6, 0.5e-6)):
-    """A rough map with ny ≠ nx and dy ≠ dx."""
-    heights = rc.self_affine(
-        shape,
-        pixel,
-        rms_height=0.1e-6,
-        rolloff_wavelength=12e-6,
-        cutoff_wavelength=2e-6,
-        rng=np.random.default_rng(seed),
-    )
-    return rc.Surface(heights, pixel)
 
 
 def solve_surface(surface, load, **options):
@@ -43,7 +31,7 @@ TOLERANCES = {"rtol": 0, "atol": 1e-7}
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("ceiling", CEILINGS)
 def test_only_the_contact_modulus_of_the_pair_counts(ceiling, boundary):
-    surface = rough()
+    surface = anisotropic_surface()
     copper = rc.Material(120e9, 0.34)
     pair = solve_surface(surface, 0.5, counter_material=copper, ceiling=ceiling, boundary=boundary)
     modulus = 1 / (0.91 / 210e9 + (1 - 0.34**2) / 120e9)
@@ -63,7 +51,7 @@ def test_only_the_contact_modulus_of_the_pair_counts(ceiling, boundary):
 @pytest.mark.parametrize("ceiling", CEILINGS)
 def test_more_load_presses_every_pixel_at_least_as_much(ceiling, boundary):
     # Comparison principle of the obstacle problem: no pixel opens or unloads under more load.
-    surface = rough()
+    surface = anisotropic_surface()
     before = None
     for load in (0.01, 0.1, 0.5, 1.0, 2.0):
         result = solve_surface(surface, load, ceiling=ceiling, boundary=boundary)
@@ -79,7 +67,7 @@ def test_more_load_presses_every_pixel_at_least_as_much(ceiling, boundary):
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 def test_a_lower_ceiling_spreads_the_contact(boundary):
-    surface = rough()
+    surface = anisotropic_surface()
     areas, approaches = [], []
     for ceiling in (None, 20e9, 10e9, 5e9, 3e9, 2e9, 1e9):
         result = solve_surface(surface, 0.5, ceiling=ceiling, boundary=boundary)
@@ -94,7 +82,7 @@ def test_a_lower_ceiling_spreads_the_contact(boundary):
 @pytest.mark.parametrize("ceiling", CEILINGS)
 def test_the_load_is_the_derivative_of_the_work(ceiling, boundary):
     # E(ω) = min ½⟨p, K p⟩ + ⟨h₀ - ω, p⟩ has the slope -⟨p, 1⟩: the envelope theorem.
-    surface = rough()
+    surface = anisotropic_surface()
     middle = solve_surface(surface, 0.5, ceiling=ceiling, boundary=boundary)
     step = 1e-4 * middle.approach
     energies = []

@@ -33,15 +33,19 @@ LATE = (
 )
 
 
-def test_import_loads_no_heavy_libraries() -> None:
-    code = "import sys, roughcontact; print('\\n'.join(sys.modules))"
-    run = subprocess.run(
+def run_code(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
         check=True,
         env={"PYTHONPATH": str(SOURCE)},
     )
+
+
+def test_import_loads_no_heavy_libraries() -> None:
+    code = "import sys, roughcontact; print('\\n'.join(sys.modules))"
+    run = run_code(code)
     assert run.stderr == ""
     loaded = set(run.stdout.split())
     assert "roughcontact" in loaded
@@ -55,13 +59,7 @@ def test_public_name_imports_its_module_only() -> None:
         "print('roughcontact.contact.solve' in sys.modules); "
         "print('roughcontact.elastoplastic' in sys.modules)"
     )
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={"PYTHONPATH": str(SOURCE)},
-    )
+    run = run_code(code)
     assert run.stdout.split() == ["False", "True", "False"]
 
 
