@@ -421,8 +421,7 @@ class Conductance(StepResult):
     @property
     def nominal_area(self) -> float:
         """Area of the whole map [m²]."""
-        size = self.largest.pair.size
-        return size[0] * size[1]
+        return math.prod(self.largest.pair.size)
 
     @property
     def electrical_resistivity(self) -> float:

@@ -299,8 +299,7 @@ class Leakage(StepResult):
     @property
     def nominal_area(self) -> float:
         """Area of the whole map [m²]."""
-        size = self.largest.pair.size
-        return size[0] * size[1]
+        return math.prod(self.largest.pair.size)
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> Leakage:
         """Return the leakage with its change under the calibrated ceiling.
