@@ -64,6 +64,9 @@ def test_points_are_those_of_the_contacts() -> None:
     assert {step.branch for step in LAW.steps} == {LOADING, UNLOADING}
     down = LAW.branch_steps(UNLOADING)
     assert [step.saturated_fraction for step in down] == [0.0] * 4
+    lowered = (one.pair.heights - AGAIN[0][0].pair.heights).mean()
+    assert one.unloading_touch == pytest.approx(AGAIN[0][0].initial_gap.mean() - lowered)
+    assert one.unloading_touch < 0.99 * one.first_touch
     # Indentations are permanent: the same pressure holds the bodies closer together.
     for before, after in zip(LAW.branch_steps(LOADING)[:-1], down[:-1], strict=True):
         assert after.separation < before.separation
