@@ -31,18 +31,18 @@ def leave(monkeypatch: pytest.MonkeyPatch, size: float) -> None:
     monkeypatch.setattr(memory, "free_bytes", lambda: int(size))
 
 
-def need(shape: tuple[int, int], boundary: str = "free", **options: object) -> MemoryNeed:
+def build_need(shape: tuple[int, int], boundary: str = "free", **options: object) -> MemoryNeed:
     return MemoryNeed(shape, Boundary(boundary), **options)
 
 
 def memory_estimate(
     shape: tuple[int, int], contact_fraction: float = 1.0, **options: object
 ) -> int:
-    return need(shape, **options).estimate(contact_fraction)
+    return build_need(shape, **options).estimate(contact_fraction)
 
 
 def require(shape: tuple[int, int], contact_fraction: float = 0.0, **options: object) -> None:
-    need(shape, **options).require(contact_fraction)
+    build_need(shape, **options).require(contact_fraction)
 
 
 # Free memory ----------------------------------------------------------------------------------
@@ -458,7 +458,7 @@ def test_command_is_rejected_before_it_allocates() -> None:
     assert peak < 150
 
 
-def rejection_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+def read_rejection(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """Run a command that must end with status 2; return its one sentence."""
     assert app.main(list(arguments)) == app.BAD_INPUT
     out, err = capsys.readouterr()
@@ -472,7 +472,7 @@ def test_nominal_bodies_are_rejected_by_memory_of_task(
 ) -> None:
     monkeypatch.setattr(rc.Surface, "__init__", lambda *_, **__: pytest.fail("made"))
     leave(monkeypatch, GIB)
-    said = rejection_of(capsys, *TASKS[task], *BODY, "--points", "5000x6000")
+    said = read_rejection(capsys, *TASKS[task], *BODY, "--points", "5000x6000")
     assert "5000 × 6000 points" in said
     assert "1.0 GiB are free" in said
 
@@ -483,7 +483,7 @@ def test_too_large_demo_is_rejected_before_allocation(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(random_surfaces, "reference_map", lambda *_: pytest.fail("made"))
     leave(monkeypatch, GIB)
-    assert "8000 × 8000 points needs" in rejection_of(capsys, "demo", "--points", "8000")
+    assert "8000 × 8000 points needs" in read_rejection(capsys, "demo", "--points", "8000")
     assert not list(tmp_path.iterdir())
 
 
@@ -502,7 +502,7 @@ def test_too_large_files_are_rejected_by_their_header(
     monkeypatch.setattr(rc.Surface, "__init__", lambda *_, **__: pytest.fail("made"))
     leave(monkeypatch, needed)
     # The map itself comes on top, of which only what is kept counts.
-    assert "96 × 96 points needs about" in rejection_of(capsys, *given)
+    assert "96 × 96 points needs about" in read_rejection(capsys, *given)
     with pytest.raises(pytest.fail.Exception):
         app.main([*given, "--crop", "0:64,0:64"])
 
@@ -525,7 +525,7 @@ def test_memory_estimate_includes_further_outputs(
     leave(monkeypatch, memory_estimate((2000, 2000), contact_fraction=0.0, maps=1))
     with pytest.raises(pytest.fail.Exception):
         app.main(given)
-    said = rejection_of(capsys, *given, *more)
+    said = read_rejection(capsys, *given, *more)
     assert "a map of 2000 × 2000 points needs about" in said
     assert ("the report on" in said) == ("--report" in more)
     least = memory_estimate((2000, 2000), contact_fraction=0.0, maps=2)
@@ -542,7 +542,7 @@ def test_too_fine_pixel_is_rejected_before_resampling(
     monkeypatch.setattr(rc.Surface, "resampled", lambda *_, **__: pytest.fail("made"), raising=True)
     leave(monkeypatch, memory_estimate((400, 400), contact_fraction=0.0))
     given = [*TASKS["solve"], str(path), *CONSTANTS, "--pixel"]
-    assert "500 × 500 points needs about" in rejection_of(capsys, *given, "200 nm")
+    assert "500 × 500 points needs about" in read_rejection(capsys, *given, "200 nm")
     with pytest.raises(pytest.fail.Exception):
         app.main([*given, "500 nm"])
 

@@ -51,7 +51,7 @@ def forks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return begun
 
 
-def none_is_left(helpers: list[int]) -> bool:
+def have_all_ended(helpers: list[int]) -> bool:
     for helper in helpers:
         try:
             os.waitpid(helper, os.WNOHANG)
@@ -70,7 +70,7 @@ def test_figures_are_identical_for_any_process_count(forks: list[int]) -> None:
     assert export.draw_pngs(drawings(), 3) == expected
     assert len(forks) == 2
     assert export.draw_pngs([], 3) == []
-    assert none_is_left(forks)
+    assert have_all_ended(forks)
 
 
 @pytest.mark.long
@@ -127,7 +127,7 @@ def test_figure_failed_in_child_is_drawn_in_parent(forks: list[int]) -> None:
 
     given = [lambda number=number: fails_elsewhere(number) for number in range(4)]
     assert export.draw_pngs(given, 2) == [png(draw()) for draw in drawings(4)]
-    assert none_is_left(forks)
+    assert have_all_ended(forks)
 
 
 @needs_fork
@@ -138,7 +138,7 @@ def test_an_error_ends_all_of_them(error: BaseException, forks: list[int]) -> No
 
     with pytest.raises(type(error)):
         export.draw_pngs([fails, *drawings(3), fails], 3)
-    assert none_is_left(forks)
+    assert have_all_ended(forks)
 
 
 def test_figures_are_drawn_without_fork(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -268,7 +268,7 @@ def test_full_disk_raises_input_error(tmp_path: Path, monkeypatch: pytest.Monkey
 # The folder itself
 
 
-def claim(folder: Path, **problem: object) -> Path:
+def lock_trial(folder: Path, **problem: object) -> Path:
     with checkpoints.lock_folder(
         folder, lambda: problem, kind="trial", record="trial.json", pattern="part-*.npy"
     ) as place:
@@ -277,33 +277,33 @@ def claim(folder: Path, **problem: object) -> Path:
 
 
 def test_folder_is_created_and_recognized(tmp_path: Path) -> None:
-    folder = claim(tmp_path / "deep" / "down", load=0.1, name="ä", bodies={"a": [1, 2]})
-    assert claim(folder, load=0.1, name="ä", bodies={"a": [1, 2]}) == folder
+    folder = lock_trial(tmp_path / "deep" / "down", load=0.1, name="ä", bodies={"a": [1, 2]})
+    assert lock_trial(folder, load=0.1, name="ä", bodies={"a": [1, 2]}) == folder
     with pytest.raises(rc.InputError, match="another trial: load, bodies differ"):
-        claim(folder, load=0.1 + 1e-17 + 2e-17, name="ä", bodies={"a": [1, 3]})
+        lock_trial(folder, load=0.1 + 1e-17 + 2e-17, name="ä", bodies={"a": [1, 3]})
 
 
 def test_folders_that_cannot_be_used(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(rc.InputError, match="file is a file; give the name of a folder"):
-        claim(tmp_path / "file")
+        lock_trial(tmp_path / "file")
     with pytest.raises(rc.InputError, match=r"cannot be written to .*; give another folder"):
-        claim(tmp_path / "file" / "below")
+        lock_trial(tmp_path / "file" / "below")
     used = tmp_path / "used"
     used.mkdir()
     (used / "part-1.npy").write_text("")
     with pytest.raises(rc.InputError, match=r"holds steps without trial\.json"):
-        claim(used)
+        lock_trial(used)
     for text in ("{", "[]", '"word"'):
         (used / "trial.json").write_text(text)
         with pytest.raises(rc.FormatError, match=r"trial\.json is damaged"):
-            claim(used, load=1.0)
+            lock_trial(used, load=1.0)
 
 
 def test_folder_without_permission_raises_input_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    claim(tmp_path, load=1.0)
+    lock_trial(tmp_path, load=1.0)
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     with pytest.raises(rc.InputError, match="cannot be written to; give another folder"):
-        claim(tmp_path, load=1.0)
+        lock_trial(tmp_path, load=1.0)

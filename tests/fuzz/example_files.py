@@ -61,7 +61,7 @@ def _list_channels(path: Path) -> tuple[object, ...]:
         return ()
 
 
-def elsewhere(source: Path, paths: Sequence[Path]) -> list[Outcome]:
+def read_elsewhere(source: Path, paths: Sequence[Path]) -> list[Outcome]:
     """Return the outcomes of files with another state of the package."""
     words = [sys.executable, __file__, "--json", *map(str, paths)]
     environment = os.environ | {"PYTHONPATH": str(source)}
@@ -100,7 +100,7 @@ def main() -> None:
     if asked.json:
         print(json.dumps(outcomes))
         return
-    before = elsewhere(asked.before, paths) if asked.before else []
+    before = read_elsewhere(asked.before, paths) if asked.before else []
     print(table(paths, outcomes, before))
     print()
     if before:

@@ -339,7 +339,9 @@ class Watch:
     pytest_collectreport = pytest_runtest_logreport
 
 
-def begun(mutant: Mutant, tree: Path, tests: list[list[str]], patience: float, file: Path) -> int:
+def start_trial(
+    mutant: Mutant, tree: Path, tests: list[list[str]], patience: float, file: Path
+) -> int:
     """Mutate a copy of the tree and try it in a fork; return its process.
 
     Imports of all tests were done before, which is most of the time of a mutant. Its time is
@@ -412,7 +414,9 @@ def run(folder: Path, size: int, seed: int, processes: int, again: bool) -> None
             mutant, tree = left.pop(0), free.pop()
             tests = covered.tests(mutant)
             parts = [part for part in ([mutant.module, *tests[:FEW]], tests[FEW:]) if part]
-            process = begun(mutant, tree, parts, covered.patience(tests), tree / "outcome.json")
+            process = start_trial(
+                mutant, tree, parts, covered.patience(tests), tree / "outcome.json"
+            )
             at_work[process] = mutant, tree
             continue
         process, status = os.wait()

@@ -76,7 +76,7 @@ def shorten(table: str) -> str:
     return "\n".join([head, rule, *kept[:1], "", *kept[1:3]])
 
 
-def attacked(part: Part, seeds: Sequence[int], every: bool = False) -> tuple[str, int]:
+def run_part(part: Part, seeds: Sequence[int], every: bool = False) -> tuple[str, int]:
     """Run a part and return its table, and how much was wrong."""
     began = time.perf_counter()
     outcomes = part.module.run(seeds, every=every)
@@ -110,7 +110,7 @@ def main() -> None:
     for part, seeds in chosen.items():
         if not seeds:
             continue
-        table, faults = attacked(part, seeds, every=bool(options.only))
+        table, faults = run_part(part, seeds, every=bool(options.only))
         wrong += faults
         print(
             f"\n{part.name.capitalize()}: {faults} wrong of {len(seeds)}\n\n{table}\n", flush=True

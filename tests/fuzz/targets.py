@@ -299,9 +299,13 @@ def load(prepared: Path) -> dict[str, Target]:
     found["contact.nc, its map"] = _make_result_target(
         "contact.nc, its map", "contact.nc", prepared, rc.read_surface
     )
-    found["sweep"] = _make_folder_target("sweep", prepared / "sweep", _read_sweep, ("kept",))
+    found["sweep"] = _make_folder_target(
+        "sweep", prepared / "sweep", functools.partial(_read_steps, _curve), ("kept",)
+    )
     steps = prepared / "volume steps"
-    found["volume steps"] = _make_folder_target("volume steps", steps, _read_steps, ("kept",))
+    found["volume steps"] = _make_folder_target(
+        "volume steps", steps, functools.partial(_read_steps, _solve_ball), ("kept",)
+    )
     files = _files(prepared / "project")
     found["project"] = _make_folder_target(
         "project", prepared / "project", functools.partial(_read_project, files), ("results",)
@@ -391,7 +395,7 @@ def _read_map(sample: Sample, folder: Path, file: str) -> Reading:
 
     def work() -> Reading:
         surface = rc.read_surface(path, **arguments)
-        return Reading(plain=Plain(surface.heights, surface.pixel), said=said(surface))
+        return Reading(plain=Plain(surface.heights, surface.pixel), said=describe_checksum(surface))
 
     reading = _reading(work)
     if zlib.crc32(path.read_bytes()) % 4 == 0 and not reading.raised:
@@ -404,12 +408,12 @@ def _read_map(sample: Sample, folder: Path, file: str) -> Reading:
 def _read_result(read: Callable[[Path], Any], folder: Path, file: str) -> Reading:
     def work() -> Reading:
         result = read(folder / file)
-        return Reading(facts=facts(result), said=said(result))
+        return Reading(facts=facts(result), said=describe_checksum(result))
 
     return _reading(work)
 
 
-def _read_sweep(folder: Path, file: str) -> Reading:
+def _read_steps(solve: Callable[..., Any], folder: Path, file: str) -> Reading:
     solved: list[object] = []
 
     def record_step(at: Progress) -> None:
@@ -417,22 +421,8 @@ def _read_sweep(folder: Path, file: str) -> Reading:
             solved.append(at)
 
     def work() -> Reading:
-        curve = _curve(folder / "kept", record_step)
-        return Reading(facts=facts(curve), again=bool(solved), said=said(curve))
-
-    return _reading(work)
-
-
-def _read_steps(folder: Path, file: str) -> Reading:
-    solved: list[object] = []
-
-    def record_step(at: Progress) -> None:
-        if not at.kept:
-            solved.append(at)
-
-    def work() -> Reading:
-        result = _solve_ball(folder / "kept", record_step)
-        return Reading(facts=facts(result), again=bool(solved), said=said(result))
+        result = solve(folder / "kept", record_step)
+        return Reading(facts=facts(result), again=bool(solved), said=describe_checksum(result))
 
     return _reading(work)
 
@@ -467,7 +457,7 @@ def _read_project_file(folder: Path, file: str) -> Reading:
     return _reading(work)
 
 
-def said(result: Any) -> str:
+def describe_checksum(result: Any) -> str:
     """Return the message of a result about its file, if its checksum could not be proved."""
     return "unsealed" if getattr(result, "without_checksums", False) else ""
 

@@ -19,7 +19,7 @@ WAITING = {
 }
 
 
-def spoken_of(tree):
+def collect_names(tree):
     """Return the dotted names that a module imports, or reaches through what it imports."""
     names, bound = set(), {}
     for node in all_nodes(tree):
@@ -65,7 +65,7 @@ def test_only_fft_module_uses_fft_libraries_and_threads():
     for path in module_paths().values():
         if path == DOOR:
             continue
-        names = spoken_of(parse_module(path))
+        names = collect_names(parse_module(path))
         assert not from_one_of(LIBRARIES, names), path
         if path.relative_to(PACKAGE).parts[0] not in WAITING and path.name not in waiting:
             assert not from_one_of(THREADS, names), path
@@ -73,7 +73,7 @@ def test_only_fft_module_uses_fft_libraries_and_threads():
 
 def test_fft_module_uses_fft_libraries_and_threads():
     # The walk above finds what it looks for, however it is imported.
-    names = spoken_of(parse_module(DOOR))
+    names = collect_names(parse_module(DOOR))
     assert from_one_of(LIBRARIES, names) >= {"ducc0", "scipy.fft", "numpy.fft"}
     assert from_one_of(THREADS, names)
     for line in (
@@ -83,7 +83,7 @@ def test_fft_module_uses_fft_libraries_and_threads():
         "def f():\n    from scipy.fft import rfft2",
         "from numpy import fft as waves",
     ):
-        assert from_one_of(LIBRARIES, spoken_of(ast.parse(line))), line
+        assert from_one_of(LIBRARIES, collect_names(ast.parse(line))), line
 
 
 def test_both_libraries_find_the_same_lengths_fast(monkeypatch):

@@ -101,7 +101,9 @@ def text_of(markup: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]*>", " ", markup)).split())
 
 
-def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple[str, str, Any]:
+def write_outputs(
+    kind: str, request: pytest.FixtureRequest, capsys: Capture
+) -> tuple[str, str, Any]:
     """Return console output, report and JSON record of a kind of result."""
     result = request.getfixturevalue(kind)
     asked: Any = SimpleNamespace(task=solve.TASK)
@@ -121,7 +123,7 @@ TABLES: dict[str, type[Presentation]] = {
 }
 
 
-def tell_more(monkeypatch: pytest.MonkeyPatch, kind: str, **more: Any) -> None:
+def change_kind(monkeypatch: pytest.MonkeyPatch, kind: str, **more: Any) -> None:
     """Add to what a kind tells; its row is the only place that changes."""
     for name, one in more.items():
         monkeypatch.setattr(TABLES[kind], name, (*getattr(TABLES[kind], name), one))
@@ -133,8 +135,8 @@ def test_new_quantity_appears_in_all_outputs(
     kind: str, request: pytest.FixtureRequest, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     added = Quantity("answer", "answer to all $Q$ [Pa]", of=lambda _: 42.123456e6)
-    tell_more(monkeypatch, kind, table=added)
-    shown, report, kept = told_by(kind, request, capsys)
+    change_kind(monkeypatch, kind, table=added)
+    shown, report, kept = write_outputs(kind, request, capsys)
     assert "Answer to all Q 42.12 MPa" in shown
     assert "Answer to all Q 42.12 MPa" in report
     assert kept["answer"] == 42.123456e6
@@ -146,8 +148,8 @@ def test_a_quantity_of_a_result_is_in_its_record(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     added = Quantity("answer", "answer", of=lambda _: 42)
-    tell_more(monkeypatch, "contact_result", table=added)
-    tell_more(monkeypatch, "volume_result", table=added)
+    change_kind(monkeypatch, "contact_result", table=added)
+    change_kind(monkeypatch, "volume_result", table=added)
     assert files.result_record(contact_result)["answer"] == 42
     assert files.result_record(volume_result)["volume"]["answer"] == 42
 
@@ -164,12 +166,12 @@ def test_new_column_appears_in_all_outputs(
     tmp_path: Path,
 ) -> None:
     added = Column("root", "root [N]", of=lambda r: [s.load**0.5 for s in r.steps])
-    tell_more(monkeypatch, kind, columns=added)
+    change_kind(monkeypatch, kind, columns=added)
     # The table of a history shows its steps.
     fields = {"curve": curves, "history": history_report}[kind]
     monkeypatch.setattr(fields, name, (*getattr(fields, name), added))
     result = request.getfixturevalue(kind)
-    shown, report, kept = told_by(kind, request, capsys)
+    shown, report, kept = write_outputs(kind, request, capsys)
     first = result.steps[0].load ** 0.5
     text = format_value(first, "N")
     assert text in shown
@@ -188,7 +190,7 @@ def test_console_and_report_show_same_digits(
     kind: str, request: pytest.FixtureRequest, capsys: Capture
 ) -> None:
     result = request.getfixturevalue(kind)
-    shown, report, _ = told_by(kind, request, capsys)
+    shown, report, _ = write_outputs(kind, request, capsys)
     brief = [
         row for part in (PROBLEM, ANSWER, TRUST) for row in presentation_of(result).rows(part, True)
     ]

@@ -444,11 +444,11 @@ def test_invalid_paths_raise_input_error_before_solve(
     (tmp_path / "folder.html").mkdir()
     result = solve_rough()
 
-    def never(*args: Any) -> Any:
+    def refuse_work(*args: Any) -> Any:
         raise AssertionError("work before the path was checked")
 
-    monkeypatch.setattr(solve, "solve_without_ceiling", never)
-    monkeypatch.setattr(Presentation, "render", never)
+    monkeypatch.setattr(solve, "solve_without_ceiling", refuse_work)
+    monkeypatch.setattr(Presentation, "render", refuse_work)
     with pytest.raises(rc.InputError, match=message):
         result.report(tmp_path / name)
 

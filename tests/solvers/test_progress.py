@@ -196,7 +196,7 @@ def test_comparison_progress_counts_all_contacts(tmp_path):
     assert set(numbers) == {1, 2, 3, 4, 5, 6}
 
 
-def told_of(task, folder, **more):
+def collect_messages(task, folder, **more):
     """Return the progress messages of a task."""
     rc.Surface(*rc.reference_map(64, 3)).save(folder / "map.npz")
     given = {"material": "100Cr6", "boundary": "periodic", **more}
@@ -215,7 +215,7 @@ def assert_one_series(states):
 @pytest.mark.long
 def test_progress_shows_stress_depths_and_report_figures(tmp_path):
     report = str(tmp_path / "out.html")
-    result = told_of("stress", tmp_path, load="20 MPa", report=report)
+    result = collect_messages("stress", tmp_path, load="20 MPa", report=report)
     for label in ("stress below the surface", f"writing {report}, figures"):
         assert_one_series([state for state in result if state.label == label])
     assert phrases.progress_text(result[-1]) == (
@@ -225,7 +225,7 @@ def test_progress_shows_stress_depths_and_report_figures(tmp_path):
 
 def test_the_variants_of_a_joint_are_one_series(tmp_path):
     conducts = dict.fromkeys(("conductivity", "counter-conductivity"), "46 W/m/K")
-    result = told_of("conductance", tmp_path, load="1 GPa", **conducts)
+    result = collect_messages("conductance", tmp_path, load="1 GPa", **conducts)
     variants = [state for state in result if state.label]
     assert_one_series(variants)
     assert [*dict.fromkeys(state.label for state in variants)] == [
