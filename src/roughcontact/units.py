@@ -14,37 +14,22 @@ from roughcontact.errors import InputError, input_error
 if TYPE_CHECKING:
     import pint
 
-_SI_UNITS = {
-    "length": "m",
-    "force": "N",
-    "pressure": "Pa",
-    "moment": "N m",
-    "line load": "N/m",
-    "resistivity": "ohm m",
-    "conductivity": "W/m/K",
-    "film": "ohm m^2",
-    "thermal film": "m^2 K/W",
-    "viscosity": "Pa s",
-    "temperature": "K",
-    "current": "A",
-    "voltage": "V",
-    "wear coefficient": "m^2/N",
-}
-_EXAMPLES = {
-    "length": "'0.1 mm'",
-    "force": "'1 N'",
-    "pressure": "'210 GPa'",
-    "moment": "'1 N mm'",
-    "line load": "'600 N/mm'",
-    "resistivity": "'17 nohm m'",
-    "conductivity": "'46 W/m/K'",
-    "film": "'1e-12 ohm m^2'",
-    "thermal film": "'1e-5 m^2 K/W'",
-    "viscosity": "'1 mPa s'",
-    "temperature": "'20 °C'",
-    "current": "'10 A'",
-    "voltage": "'0.1 V'",
-    "wear coefficient": "'1e-15 m2/N' or '1e-6 mm3/Nm'",
+# Unit in SI, and an example, of each dimension.
+_DIMENSIONS = {
+    "length": ("m", "'0.1 mm'"),
+    "force": ("N", "'1 N'"),
+    "pressure": ("Pa", "'210 GPa'"),
+    "moment": ("N m", "'1 N mm'"),
+    "line load": ("N/m", "'600 N/mm'"),
+    "resistivity": ("ohm m", "'17 nohm m'"),
+    "conductivity": ("W/m/K", "'46 W/m/K'"),
+    "film": ("ohm m^2", "'1e-12 ohm m^2'"),
+    "thermal film": ("m^2 K/W", "'1e-5 m^2 K/W'"),
+    "viscosity": ("Pa s", "'1 mPa s'"),
+    "temperature": ("K", "'20 °C'"),
+    "current": ("A", "'10 A'"),
+    "voltage": ("V", "'0.1 V'"),
+    "wear coefficient": ("m^2/N", "'1e-15 m2/N' or '1e-6 mm3/Nm'"),
 }
 _NAMED_DIMENSIONS = {
     "": "a pure number",
@@ -129,28 +114,16 @@ _MIN_LENGTH = 1e-12
 # Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
 _LIKELY_UNITS = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
 
-_PREFIXES = {
-    -15: "f",
-    -12: "p",
-    -9: "n",
-    -6: "µ",
-    -3: "m",
-    0: "",
-    3: "k",
-    6: "M",
-    9: "G",
-    12: "T",
-    15: "P",
-}
+_PREFIXES = dict(zip(range(-15, 18, 3), (*"fpnµm", "", *"kMGTP"), strict=True))
 
 
 def parse(
     text: str, dimension: str, name: str, positive: bool = True, needs: str | None = None
 ) -> float:
     """Return the SI value of a number with its unit."""
-    if dimension not in _SI_UNITS:
-        raise ValueError(f"dimension must be one of {', '.join(_SI_UNITS)}, got {dimension!r}")
-    wanted = f"needs {needs or f'a {dimension} with its unit such as {_EXAMPLES[dimension]}'}"
+    if dimension not in _DIMENSIONS:
+        raise ValueError(f"dimension must be one of {', '.join(_DIMENSIONS)}, got {dimension!r}")
+    wanted = f"needs {needs or f'a {dimension} with its unit such as {_DIMENSIONS[dimension][1]}'}"
 
     def refused(result: str) -> InputError:
         return InputError(f"{wanted}, got {result}", argument=name, value=text)
@@ -167,7 +140,7 @@ def parse(
     if not math.isfinite(value):
         raise refused(f"{shown} which is not a finite number")
     if positive and not value > 0:
-        remedy = repr(_plain(text).lstrip("-−").strip()) if value < 0 else _EXAMPLES[dimension]
+        remedy = repr(_plain(text).lstrip("-−").strip()) if value < 0 else _DIMENSIONS[dimension][1]
         raise InputError(
             f"must be positive, got {shown}; write {remedy}", argument=name, value=text
         )
@@ -201,12 +174,12 @@ def _single(value: Any, dimension: str, name: str) -> Any:
         if dimension == "temperature":
             return value.m_as("K")
         # Convert only the factor, so that 300 nm is exactly 3e-07 m, as from text.
-        factor = float((1.0 * value.units).m_as(_SI_UNITS[dimension]))
+        factor = float((1.0 * value.units).m_as(_DIMENSIONS[dimension][0]))
         numbers = value.m_as(value.units)
     # The errors of pint have no common base class and are not imported here.
     except (AttributeError, ValueError, TypeError):
         raise InputError(
-            f"needs a {dimension} with its unit such as {_EXAMPLES[dimension]}, got "
+            f"needs a {dimension} with its unit such as {_DIMENSIONS[dimension][1]}, got "
             f"a quantity in {value.units}",
             argument=name,
             value=value,
@@ -390,7 +363,7 @@ def _unit_factor(
         raise refused(f"{shown} whose unit {unit!r} is unknown{hint}") from None
     if _PRINTERS_UNIT.search(str(parsed)):
         raise refused(f"{shown} (a printer's unit); give a length such as '5 um'")
-    wanted = registry.parse_units(_SI_UNITS[dimension])
+    wanted = registry.parse_units(_DIMENSIONS[dimension][0])
     if got != wanted.dimensionality:
         raise refused(f"{shown} ({_describe_dimension(got)}){hint}")
     if registry.convert(0.0, parsed, wanted):
