@@ -128,7 +128,9 @@ class RoughcontactError(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle the error with its attributes."""
-        return (_restore_error, (type(self), self.args, self.__dict__))
+        # With two bases in C, the constructor found first may belong to the base that cannot
+        # create it.
+        return (Exception.__new__, (type(self), *self.args), self.__dict__)
 
     @property
     def sentence(self) -> tuple[Part, ...]:
@@ -234,13 +236,3 @@ def require_pixel(pixel: tuple[float, float]) -> None:
     """Raise `InputError` unless both edges of a pixel are positive and finite."""
     if len(pixel) != 2 or not all(0 < edge < math.inf for edge in pixel):
         raise input_error("pixel", pixel, "must be positive and finite (dy, dx) [m]")
-
-
-def _restore_error(
-    kind: type[RoughcontactError], args: tuple[Part, ...], state: dict[str, object]
-) -> RoughcontactError:
-    # With two bases in C, the constructor found first may belong to the base that cannot create it.
-    error = Exception.__new__(kind, *args)
-    error.args = args
-    error.__dict__.update(state)
-    return error
