@@ -130,7 +130,7 @@ class Film:
 @cache
 def films() -> tuple[Film, ...]:
     """Return all coatings of the catalog."""
-    return _rows("film", Film)
+    return read_rows(STORED, "film", Film)
 
 
 def conductor_of(name: str) -> Conductor:
@@ -159,11 +159,12 @@ def layer(name: str, thickness: float) -> Layer:
 @cache
 def entries() -> tuple[Entry, ...]:
     """Return all materials of the catalog."""
-    return _rows("material", Entry)
+    return read_rows(STORED, "material", Entry)
 
 
-def _rows(table: str, kind: type[Any]) -> tuple[Any, ...]:
-    stored = tomllib.loads(STORED.read_text(encoding="utf-8"))
+def read_rows(path: Path, table: str, kind: type[Any]) -> tuple[Any, ...]:
+    """Return the rows of a table of a catalog."""
+    stored = tomllib.loads(path.read_text(encoding="utf-8"))
 
     def field(name: str, specified: Any) -> Any:
         if isinstance(specified, str):

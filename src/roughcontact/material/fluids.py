@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from roughcontact.errors import input_error
-from roughcontact.material.catalog import Value
+from roughcontact.material.catalog import Value, read_rows
 
 STORED = Path(__file__).with_name("fluids.toml")
 
@@ -61,17 +59,7 @@ class Liquid:
 @cache
 def entries() -> dict[str, Gas | Liquid]:
     """Return all fluids by name."""
-    stored = tomllib.loads(STORED.read_text(encoding="utf-8"))
-
-    def values(row: dict[str, Any]) -> dict[str, Any]:
-        texts = stored["texts"]
-        return {
-            key: item if key == "name" else Value(item[0], item[1].format_map(texts))
-            for key, item in row.items()
-        }
-
-    fluids: list[Gas | Liquid] = [Gas(**values(row)) for row in stored["gas"]]
-    fluids += [Liquid(**values(row)) for row in stored["liquid"]]
+    fluids = (*read_rows(STORED, "gas", Gas), *read_rows(STORED, "liquid", Liquid))
     return {fluid.name: fluid for fluid in fluids}
 
 
