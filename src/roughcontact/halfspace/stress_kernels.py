@@ -171,17 +171,8 @@ def uniform_parts(x_edges: Array, y_edges: Array, z: float, poisson: float) -> I
     yield _over_pixels(-x * common)
 
 
-PARTS_ODD = (
-    *((False, False),) * 4,
-    (True, False),
-    (False, True),
-    (True, True),
-    (True, True),
-    (False, True),
-    (False, True),
-    (True, False),
-    (True, False),
-)
+_ODD_ALONG = (*("", "", "", ""), *("y", "x", "xy", "xy"), *("x", "x", "y", "y"))
+PARTS_ODD = tuple(("y" in axes, "x" in axes) for axes in _ODD_ALONG)
 """Whether each of the twelve parts is odd in y, and in x."""
 
 

@@ -312,16 +312,8 @@ def _estimate_under_ceilings(
 
 
 FINISHES = {
-    "ground": True,
-    "milled": True,
-    "turned": True,
-    "honed": True,
-    "planed": True,
-    "lapped": False,
-    "polished": False,
-    "blasted": False,
-    "eroded": False,
-    "as-cast": False,
+    **dict.fromkeys(("ground", "milled", "turned", "honed", "planed"), True),
+    **dict.fromkeys(("lapped", "polished", "blasted", "eroded", "as-cast"), False),
 }
 """Finishes, and whether they have a lay."""
 
@@ -599,15 +591,8 @@ def _groups(
     """Return the dimensionless groups of one contact."""
     known = roughness.Sal is not None
     breadth = roughness.Sdq * (roughness.Sal or math.nan) / roughness.Sq if known else math.nan
-    values = (
-        pressure / stress,
-        ratio,
-        breadth,
-        roughness.Str,
-        roughness.Ssk,
-        roughness.Sku,
-        hardening,
-    )
+    shape = (roughness.Str, roughness.Ssk, roughness.Sku)
+    values = (pressure / stress, ratio, breadth, *shape, hardening)
     return DimensionlessGroups(*(np.array([float(value)]) for value in values))
 
 
@@ -621,25 +606,16 @@ def _with_interval(
     return EstimateRange(*(float(end[0]) for end in formula.with_interval(groups, wider)))
 
 
-_WORDS = {
-    "contact": "a contact fraction",
-    "ratio": "E* Sdq over the ceiling",
-    "breadth": "Sdq Sal/Sq",
-    "texture": "Str",
-    "skewness": "Ssk",
-    "tails": "Sku/(3 + 1.5 Ssk²)",
-    "middle": "Sku − Ssk² − 1",
-    "hardening": "H Sdq/σ_Y",
-}
-_CAUSES = {
-    "contact": "pressure",
-    "ratio": "ceiling",
-    "breadth": "Sal",
-    "texture": "Str",
-    "skewness": "Ssk",
-    "tails": "Sku",
-    "middle": "Sku",
-    "hardening": "hardening",
+# Name of each group in messages, and the argument that sets it.
+_GROUPS = {
+    "contact": ("a contact fraction", "pressure"),
+    "ratio": ("E* Sdq over the ceiling", "ceiling"),
+    "breadth": ("Sdq Sal/Sq", "Sal"),
+    "texture": ("Str", "Str"),
+    "skewness": ("Ssk", "Ssk"),
+    "tails": ("Sku/(3 + 1.5 Ssk²)", "Sku"),
+    "middle": ("Sku − Ssk² − 1", "Sku"),
+    "hardening": ("H Sdq/σ_Y", "hardening"),
 }
 
 
@@ -659,10 +635,10 @@ def _range_text(name: str, value: float, domain: dict[str, tuple[float, float]])
     low, high = domain[name]
     if name == "contact":
         return (
-            f"{_WORDS[name]} of {format_percent(low)} to {format_percent(high)}, got about "
+            f"{_GROUPS[name][0]} of {format_percent(low)} to {format_percent(high)}, got about "
             f"{format_percent(value)}"
         )
-    return f"{_WORDS[name]} of {low:.3g} to {high:.3g}, got {value:.3g}"
+    return f"{_GROUPS[name][0]} of {low:.3g} to {high:.3g}, got {value:.3g}"
 
 
 def _require(
@@ -679,7 +655,7 @@ def _require(
         raise InputError(
             f"is outside the range of the formulas, {_range_text(name, value, domain)}; solve the "
             "contact on a map instead",
-            argument=_CAUSES[name],
+            argument=_GROUPS[name][1],
             value=value,
         )
 
