@@ -39,13 +39,8 @@ from roughcontact.units import (
     to_si,
 )
 
-CONTACT, SATURATED, APPROACH, GAP, YIELD = (
-    "contact_fraction",
-    "saturated_share",
-    "approach",
-    "mean_gap",
-    "first_yield",
-)
+CONTACT, SATURATED = "contact_fraction", "saturated_share"
+APPROACH, GAP, YIELD = "approach", "mean_gap", "first_yield"
 """Quantities that can be requested."""
 
 COUNTED = (CONTACT, SATURATED)
@@ -148,13 +143,8 @@ _MIN_LOAD_FRACTION = 1e-9
 
 Target = tuple[str, float]
 
-# Names of the arguments, and formats of their values.
-_ARGUMENTS = {
-    CONTACT: "contact_fraction",
-    SATURATED: "saturated_fraction",
-    APPROACH: "approach",
-    GAP: "mean_gap",
-}
+# Argument of a quantity, if it has another name.
+_ARGUMENTS = {SATURATED: "saturated_fraction"}
 _NAMES = {
     CONTACT: "the share of the map in contact",
     SATURATED: "the share of the contact at the ceiling",
@@ -286,12 +276,11 @@ class _Finder:
         check_problem(
             self.pair, replace(self.terms, load=math.exp(self.ends()[0])), held=MAX_HELD_RESULTS
         )
-        argument = _ARGUMENTS.get(name)
         if name == SATURATED and resolve_ceiling(self.terms.ceiling, self.pair) is None:
             raise InputError(
                 f"needs a {ArgumentRef('ceiling')} or a {ArgumentRef('yield_strength')}: without "
                 "one nothing is saturated",
-                argument=argument,
+                argument=_ARGUMENTS[name],
             )
         if name == GAP:
             open_gap = float(np.nanmean(self.pair.initial_gap))
@@ -299,15 +288,14 @@ class _Finder:
                 raise InputError(
                     f"must be below that of the bodies at their first touch, "
                     f"{format_engineering(open_gap, 'm')}, got {format_engineering(value, 'm')}",
-                    argument=argument,
+                    argument=name,
                 )
         if name == YIELD:
             self.pair.boundary.require_stress()
             self.pair.require_uncoated("the load of first yield")
             if not _yielding(self.pair):
                 raise InputError(
-                    f"needs a {ArgumentRef('yield_strength')} of either body",
-                    argument="first_yield",
+                    f"needs a {ArgumentRef('yield_strength')} of either body", argument=name
                 )
 
     def ends(self) -> tuple[float, float]:
@@ -529,7 +517,7 @@ def _targets(
 
 def _shares(name: str, specified: Any) -> list[Target]:
     """Return the targets of one share or several."""
-    argument = _ARGUMENTS[name]
+    argument = _ARGUMENTS.get(name, name)
     if isinstance(specified, str):
         specified = shares(specified, argument)
     result = [] if specified is None else list(specified) if np.ndim(specified) else [specified]
@@ -541,10 +529,9 @@ def _shares(name: str, specified: Any) -> list[Target]:
 
 def _lengths(name: str, specified: Any) -> list[Target]:
     """Return the targets of one length or several."""
-    argument = _ARGUMENTS[name]
-    values = to_si(specified, "length", argument)
+    values = to_si(specified, "length", name)
     result = [] if values is None else list(values) if np.ndim(values) else [values]
     for length in result:
         if not (isinstance(length, (int, float)) and 0 < length < math.inf):
-            raise input_error(argument, length, "must be positive and finite [m]")
+            raise input_error(name, length, "must be positive and finite [m]")
     return [(name, float(length)) for length in result]
