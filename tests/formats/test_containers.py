@@ -1,4 +1,4 @@
-"""Containers of contact.engineering: several maps of a surface in one archive."""
+"""Containers: several maps of a surface in one archive."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
-from reading import HEIGHTS, assert_rejected, needs_reader
+import vendors
+from reading import HEIGHTS, assert_rejected, needs_reader, write
 from roughcontact._tools import memory
 from roughcontact.errors import InputError
 from roughcontact.formats import containers, source
@@ -312,6 +313,28 @@ for number, map in enumerate(read_container(sys.argv[1])[0]):
     np.save(f"{sys.argv[2]}/{number}.npy", heights)
     print(map.unit, *map.physical_sizes)
 """
+
+
+@needs_reader
+def test_keyence_project_lists_its_files_by_name(tmp_path: Path) -> None:
+    content, _, _ = vendors.vk4()
+    path = tmp_path / "project.cag"
+    with zipfile.ZipFile(path, "w") as archive:
+        for item in ("a1", "b2"):
+            archive.writestr(f"m/{item}/c3", content)
+        items = "".join(
+            f"<Item><Path>{item}</Path><Kind>0</Kind>"
+            rf"<OriginalFileName>C:\data\{name}.vk4</OriginalFileName></Item>"
+            for item, name in (("a1", "ground"), ("b2", "honed"))
+        )
+        archive.writestr("m/d4", f"\ufeff<Map>{items}</Map>")
+        archive.writestr("thumbnail", b"\x89PNG")
+    assert [entry.name for entry in channels(path)] == ["ground.vk4", "honed.vk4"]
+    assert_rejected(path, "0: 'ground.vk4'; 1: 'honed.vk4'", kind=InputError)
+    surface = read_surface(path, channel="honed.vk4")
+    single = read_surface(write(tmp_path, "single.vk4", content))
+    np.testing.assert_array_equal(surface.heights, single.heights)
+    assert surface.pixel == single.pixel
 
 
 @needs_reader

@@ -1,15 +1,19 @@
-"""Containers of contact.engineering: maps of one or more surfaces in a ZIP archive.
+"""Containers: maps of one or more surfaces in a ZIP archive.
 
 Röttger et al. 2022, doi:10.1088/2051-672X/ac860a; layout as in SurfaceTopography 1.27. A text
 ``index.json``, in older containers ``meta.yml``, lists surfaces and their measurements. Data files
 are ``original`` as uploaded, or ``squeezed-netcdf``, the heights after the preparation that the
 site shows. The latter are preferred, as they need no other reader.
+
+Keyence's ``.cag`` holds VK files, each in a folder of its own, and XML that lists these folders
+(``Path``) with the names of the files (``OriginalFileName``).
 """
 
 from __future__ import annotations
 
 import json
 import math
+import re
 import shutil
 import tempfile
 import zipfile
@@ -46,6 +50,9 @@ _SQUEEZED, _ORIGINAL = "squeezed-netcdf", "original"
 # Largest number of measurements of a container, and of characters of its YAML index: they are
 # listed within seconds.
 _MAX_ENTRIES, _MAX_YAML = 1000, 2 * 10**6
+
+# Folder and file in the XML of Keyence.
+_VK_ITEM = r"<Path>([^<]+)</Path>(?:(?!<Path>).)*?<OriginalFileName>([^<]+)<"
 
 # Relative difference of sizes in the index and in a data file that is noted.
 _SIZE_TOLERANCE = 1e-3
@@ -187,9 +194,12 @@ def _list_entries(path: Path) -> dict[str, ContainerEntry]:
     with zipfile.ZipFile(path) as archive:
         name = next((name for name in (_INDEX, _YAML) if name in archive.namelist()), None)
         if name is None:
+            entries = _list_vk_files(path, archive)
+            if entries:
+                return entries
             raise FormatError(
-                f"{path.name} holds neither {_INDEX} nor {_YAML} of contact.engineering; unpack it "
-                "and read a file with a map"
+                f"{path.name} holds neither {_INDEX} nor {_YAML} of contact.engineering, nor VK "
+                "files; unpack it and read a file with a map"
             )
         member = archive.getinfo(name)
         source.check_method(path, member)
@@ -219,6 +229,27 @@ def _list_entries(path: Path) -> dict[str, ContainerEntry]:
             name = f"{name} ({index})"
         result[name] = _parse_entry(path, name, item)
     return result
+
+
+def _list_vk_files(path: Path, archive: zipfile.ZipFile) -> dict[str, ContainerEntry]:
+    """Return the VK files of a Keyence project by their original names."""
+    names: dict[str, str] = {}
+    files: list[str] = []
+    for member in archive.infolist():
+        source.check_method(path, member)
+        with archive.open(member) as stream:
+            start = stream.read(3)
+        if start in (b"VK3", b"VK4", b"VK6", b"VK7"):
+            files.append(member.filename)
+        elif start.startswith((b"<", b"\xef\xbb\xbf")) and member.file_size <= memory.TEXT:
+            text = archive.read(member).decode("utf-8", "replace")
+            names.update(re.findall(_VK_ITEM, text, re.DOTALL))
+    found: dict[str, ContainerEntry] = {}
+    for index, file in enumerate(files):
+        name = re.split(r"[/\\]", names.get(Path(file).parent.name, file))[-1]
+        name = f"{name} ({index})" if name in found else name
+        found[name] = ContainerEntry(name, file, False, (), "", 0, 1.0, "")
+    return found
 
 
 def _text(item: dict[str, Any], key: str) -> str:
@@ -299,4 +330,4 @@ def _unpack_member(
 
 
 def _container_errors(path: Path) -> AbstractContextManager[None]:
-    return damage_as_error(path, "a container of contact.engineering", "download it again")
+    return damage_as_error(path, "a container", "download or export it again")

@@ -32,6 +32,8 @@ _SIGNATURES = (
     (b"AliconaImaging", "al3d"),
     (b"VK3_", "vk"),
     (b"VK4_", "vk"),
+    (b"VK6", "vk"),
+    (b"VK7", "vk"),
     (b"\\*File list", "di"),
 )
 # First bytes -> contents that are no map under any suffix.

@@ -50,7 +50,9 @@ FORMATS: tuple[InputFormat, ...] = (
     InputFormat(
         "xlsx", (".xlsx",), spreadsheets.read_workbook, spreadsheets.channels, has_codes=True
     ),
-    InputFormat(containers.NAME, (".zip",), _read_container, _container_channels, has_codes=True),
+    InputFormat(
+        containers.NAME, (".zip", ".cag"), _read_container, _container_channels, has_codes=True
+    ),
     InputFormat(
         "hdf5", (".h5", ".hdf5"), matrices.read_hdf5, matrices.hdf5_channels, has_codes=True
     ),
