@@ -46,9 +46,17 @@ _NO_MAPS = (
     (b"<html", "a web page, not the file itself"),
     (b"version https://git-lfs", "a pointer of Git LFS, not the file itself"),
     (b"MATLAB 5.0", "a MATLAB file"),
+    (b"# .PCD", "a point cloud of PCL, no map"),
     (b"Rar!", "a RAR archive"),
     (b"7z\xbc\xaf", "a 7-Zip archive"),
 )
+UNDESCRIBED = {
+    ".pcd": "a profile in Mahr's Perthometer Concept format; let the instrument save profiles as "
+    ".TXT, or export it from MarWin as text",
+    ".zag": "a project of Keyence's VR software; save the measurement as .zon or as CSV",
+}
+"""Suffix -> family of files without a public description, and the remedy."""
+
 # First bytes -> containers of many formats, for errors.
 _CONTAINERS = (
     (b"II*\0", "a TIFF image"),
