@@ -203,3 +203,57 @@ def test_numbers_of_rows_and_columns_are_no_heights(tmp_path: Path) -> None:
     path = write(tmp_path, "map.csv", ",0,1,2\n0,1.5,2,3\n1,4,5,6\n")
     surface = read_surface(path, unit="um", size=(2e-6, 3e-6))
     np.testing.assert_allclose(surface.heights, 1e-6 * np.array([[1.5, 2, 3], [4, 5, 6]]))
+
+
+@pytest.mark.parametrize("unit", ["\ufffdm", "?m", "~m", "microns", "µm"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_units_of_columns_with_a_lost_micro_sign(unit: str, encoding: str, tmp_path: Path) -> None:
+    rows = "".join(f"{0.5 * i}\t{i % 4}\r\n" for i in range(12))
+    text = f"X [{unit}]\tZ [{unit}]\r\n{rows}".encode(encoding)
+    surface = read_surface(write(tmp_path, "map.txt", text))
+    assert surface.pixel[1] == pytest.approx(0.5e-6)
+    assert range_in_um(surface) == pytest.approx((0, 3))
+
+
+def test_numbers_as_fortran_and_spreadsheets_write_them(tmp_path: Path) -> None:
+    text = "1.5D+00 -2.0d-1\n\u22123. 4D0\n"
+    surface = read_surface(write(tmp_path, "map.txt", text), unit="um", size="2 um x 2 um")
+    np.testing.assert_allclose(1e6 * surface.heights, [[1.5, -0.2], [-3, 4]])
+    text = "\u22121\u202f200,5;2\n3;4\n"
+    surface = read_surface(write(tmp_path, "map.csv", text), unit="um", size="2 mm x 2 mm")
+    np.testing.assert_allclose(1e6 * surface.heights, [[-1200.5, 2], [3, 4]])
+
+
+def test_matrix_with_rising_first_column_is_no_profile(tmp_path: Path) -> None:
+    # Heights of a tilted map, or positions of several profiles.
+    text = "".join(f"{i} {i % 3} {i % 4} {i % 2}\n" for i in range(12))
+    surface = read_surface(write(tmp_path, "map.txt", text), unit="um", size="12 um x 4 um")
+    assert surface.shape == (12, 4)
+    path = write(tmp_path, "named.txt", "X [mm];A [um];B [um];C [um]\n" + text.replace(" ", ";"))
+    assert_rejected(path, "lists 4 columns; keep the positions", unit="um")
+
+
+def test_coordinates_of_rows_and_columns_are_no_heights(tmp_path: Path) -> None:
+    text = ";0,0;0,5;1,0\n0,0;1;2;3\n0,1;4;5;6\n"
+    surface = read_surface(write(tmp_path, "map.csv", text), unit="um", size="2 um x 3 um")
+    np.testing.assert_allclose(1e6 * surface.heights, [[1, 2, 3], [4, 5, 6]])
+
+
+def test_single_column_below_remarks_of_an_instrument(tmp_path: Path) -> None:
+    text = "SURFCOM\n測定条件\n" + "".join(f"{i % 3}\n" for i in range(20))
+    path = write(tmp_path, "map.txt", text.encode("shift_jis"))
+    assert read_surface(path, unit="um", size="1 mm").shape == (1, 20)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.pcd", bytes(range(256)) * 4, "Mahr's Perthometer Concept format; let the instrument"),
+        ("a.pcd", b"# .PCD v0.7\nDATA ascii\n1 2 3\n", "a point cloud of PCL"),
+        ("a.zag", b"KPK0" + bytes(99), "a project of Keyence's VR software; save"),
+    ],
+)
+def test_family_of_files_without_description_is_named(
+    name: str, content: bytes, words: str, tmp_path: Path
+) -> None:
+    assert_rejected(write(tmp_path, name, content), words)

@@ -158,7 +158,7 @@ def encoding_of(path: Path) -> str | None:
             text = codecs.getincrementaldecoder(encoding)().decode(start)
         except UnicodeDecodeError:
             continue
-        if text and all(c.isprintable() or c in "\t\r\n\f\xa0" for c in text):
+        if text and all(c.isprintable() or c in "\t\r\n\f\xa0\u202f" for c in text):
             return encoding
     return None
 

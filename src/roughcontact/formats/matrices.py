@@ -174,6 +174,9 @@ _BYTES_PER_POINT = 20
 _NO_DATA = re.compile(r"no\s+data", re.IGNORECASE)
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+# Exponents of Fortran; minus sign and thousands separator of spreadsheets.
+_FORTRAN = re.compile(r"([+-]?\d*\.?\d+\.?)[dD]([+-]?\d+)")
+_TYPED = str.maketrans({"\u2212": "-", "\u202f": None})
 # A decimal comma, or an integer or missing point in the same row.
 _WITH_COMMA = re.compile(rf"{_DECIMAL_COMMA.pattern}|[+-]?\d+|nan|bad", re.IGNORECASE)
 # Suffix of files that list points x, y, z.
@@ -247,7 +250,7 @@ def _read_table(path: Path) -> tuple[Head, Array, tuple[str, ...], text_files.Tr
         return head, head.values, (), None
     try:
         values, steps = _read_text(path, head.lines)
-        trace = None if head.is_map else text_files.find_trace(values, head)
+        trace = None if head.is_map else text_files.find_trace(path, values, head)
     except FormatError:
         if not head.doubtful:
             raise
@@ -438,7 +441,7 @@ def _lines(path: Path, stream: TextIO) -> Iterator[str]:
                 f"{path.name} has more than {_MAX_LINE_BYTES // 2**20} million characters in line "
                 f"{number}; a text matrix has one row of the map a line"
             )
-        yield line
+        yield line if line.isascii() else line.translate(_TYPED)
 
 
 def _scale_in_text(path: Path) -> Scale | None:
@@ -557,11 +560,9 @@ def _interpret_matrix(
 ) -> tuple[Array, tuple[str, ...]]:
     """Return a matrix after interpretation of its text, and notes."""
     steps: tuple[str, ...] = ("read: decimal commas",) if commas else ()
-    if math.isnan(matrix[0, 0]) and all(
-        np.array_equal(line[1:], np.arange(line.size - 1)) for line in (matrix[0], matrix[:, 0])
-    ):
+    if math.isnan(matrix[0, 0]) and all(map(_is_even, (matrix[0, 1:], matrix[1:, 0]))):
         matrix = np.ascontiguousarray(matrix[1:, 1:])
-        steps += ("read: the numbers of rows and columns, as pandas writes them, are no heights",)
+        steps += ("read: the numbers or coordinates of rows and columns are no heights",)
     # Many programs end each row with the delimiter, which is not a column.
     if trailing and matrix.shape[1] > 1:
         matrix = matrix[:, :-1]
@@ -570,6 +571,12 @@ def _interpret_matrix(
         # A file that was cut off misses rows without a sign, while the sides are for all rows.
         steps += ("read: the last row has no line end; check that the file was not cut off",)
     return matrix, steps
+
+
+def _is_even(line: Array) -> bool:
+    """Return whether numbers rise in equal steps, to their printed digits."""
+    steps = np.diff(line)
+    return line.size > 1 and bool(steps.min() > 0.9 * steps.max() > 0)
 
 
 def _unquote(text: str) -> str:
@@ -623,6 +630,8 @@ def _parse_cell(
     if delimiter != "," and _DECIMAL_COMMA.fullmatch(word):
         marks.add(",")
         return float(word.replace(",", "."))
+    if (fortran := _FORTRAN.fullmatch(word)) is not None:
+        return float("e".join(fortran.groups()))
     raise FormatError(
         f"{path.name} has {word[:40]!r} in line {number}, cell {position}, where a number was "
         "expected; correct it, or write nan where a height is missing"

@@ -274,9 +274,10 @@ def iter_blocks(content: bytes | memoryview) -> Iterator[memoryview]:
 
 # Units of length in the spelling of instrument files, where pint has none or another meaning ("A"
 # is the ampere in pint).
-_FILE_UNITS = {"A": "angstrom", "Å": "angstrom", "~m": "um"} | dict.fromkeys(
-    # The micro sign of Japanese and Chinese encodings, read as Western characters.
-    ("\u0192\u00cam", "\u00a6\u00ccm"),
+_FILE_UNITS = {"A": "angstrom", "Å": "angstrom"} | dict.fromkeys(
+    # The micro sign, which other prefixes are not, lost, or in Japanese and Chinese encodings read
+    # as Western characters.
+    ("~m", "?m", "\ufffdm", "\u0192\u00cam", "\u00a6\u00ccm"),
     "um",
 )
 

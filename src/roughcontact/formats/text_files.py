@@ -93,7 +93,7 @@ _KEYS = {
 
 # A number or the mark of a missing one; a decimal comma separates its two parts.
 _CELL = re.compile(
-    r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|bad|n/?a|\*+|-{2,}", re.IGNORECASE
+    r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ed][-+]?\d+)?|nan|bad|n/?a|\*+|-{2,}", re.IGNORECASE
 )
 
 _RULE = re.compile(r"[-*=_]{5,}")
@@ -363,8 +363,8 @@ _EVEN, _GAP = 0.02, 5.0
 # for positions that are rounded.
 _MIXED, _ROUNDED = 0.1, 1.2
 
-_BRACKETED = re.compile(r"[\[(]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]")
-_UNIT = re.compile(r"[\[(/]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]?\s*$")
+_BRACKETED = re.compile(r"[\[(]\s*([?~a-zA-Z\u00b5\u03bcÅ\ufffd]+)\s*[\])]")
+_UNIT = re.compile(r"[\[(/]\s*([?~a-zA-Z\u00b5\u03bcÅ\ufffd]+)\s*[\])]?\s*$")
 # A unit without brackets, if unambiguous: "x in um", "Raw Micrometer".
 _WORD = re.compile(
     r"(?:^|[\s_])([munp\u00b5\u03bc]?m|Å|microns?|(?:[Mm]illi|[Mm]icro|[Nn]ano)?[Mm]et(?:er|re)s?)\s*$"
@@ -391,7 +391,7 @@ def _third_column_name(head: Sequence[str]) -> str:
     return "number" if any(_NUMBERED.fullmatch(cells[0]) for cells in named) else ""
 
 
-def find_trace(values: Array, head: Head) -> Trace | None:
+def find_trace(path: Path, values: Array, head: Head) -> Trace | None:
     """Return the trace in rows of two or three numbers below a header."""
     if head.announced and head.announced not in (str(len(values)), str(len(values) - 1)):
         return None
@@ -399,12 +399,16 @@ def find_trace(values: Array, head: Head) -> Trace | None:
     while values.shape[1] > 2 and np.isnan(values[:, -1]).all():
         values = values[:, :-1]
     third = _third_column_name(head.texts) if values.shape[1] == 3 else ""
+    if values.shape[1] > 3 and all(_units(head.texts, values.shape[1])):
+        raise FormatError(
+            f"{path.name} lists {values.shape[1]} columns; keep the positions and one of heights"
+        )
+    if values.shape[1] != 2 and not third:
+        return None
     first = int(third == "number")
     pair = values[:, first : first + 2]
     if third == "valid":
         pair = np.stack((pair[:, 0], np.where(values[:, 2] == 1.0, pair[:, 1], np.nan)), axis=1)
-    elif values.shape[1] == 3 and not third:
-        return None
     return read_columns(pair, _units(head.texts, values.shape[1], first))
 
 
