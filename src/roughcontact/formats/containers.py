@@ -5,7 +5,7 @@ Röttger et al. 2022, doi:10.1088/2051-672X/ac860a; layout as in SurfaceTopograp
 are ``original`` as uploaded, or ``squeezed-netcdf``, the heights after the preparation that the
 site shows. The latter are preferred, as they need no other reader.
 
-Keyence's ``.cag`` holds VK files, each in a folder of its own, and XML that lists these folders
+Keyence's ``.cag`` holds VK files, each in a separate folder, and XML that lists these folders
 (``Path``) with the names of the files (``OriginalFileName``).
 """
 

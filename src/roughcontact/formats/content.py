@@ -50,12 +50,12 @@ _NO_MAPS = (
     (b"Rar!", "a RAR archive"),
     (b"7z\xbc\xaf", "a 7-Zip archive"),
 )
-UNDESCRIBED = {
+UNREAD = {
     ".pcd": "a profile in Mahr's Perthometer Concept format; let the instrument save profiles as "
     ".TXT, or export it from MarWin as text",
     ".zag": "a project of Keyence's VR software; save the measurement as .zon or as CSV",
 }
-"""Suffix -> family of files without a public description, and the remedy."""
+"""Suffix -> family of files that are not read, and the remedy."""
 
 # First bytes -> containers of many formats, for errors.
 _CONTAINERS = (

@@ -260,8 +260,8 @@ def _format_of(path: Path, wanted: str | None = None, piped: bool = False) -> In
     for known in FORMATS:
         if known.name == found:
             return known
-    if suffix in content.UNDESCRIBED:
-        raise FormatError(f"{path.name} is {content.UNDESCRIBED[suffix]}")
+    if suffix in content.UNREAD:
+        raise FormatError(f"{path.name} is {content.UNREAD[suffix]}")
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(
         f"{path.name} is {content.describe_content(path)}, and has the unknown suffix {suffix!r}; "

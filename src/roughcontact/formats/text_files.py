@@ -574,7 +574,7 @@ class Head:
     doubtful: int = 0  # Number of its last lines that may be rows with a damaged number
     texts: tuple[str, ...] = ()  # Its lines
     announced: str = ""  # Number of values that a separate line states
-    values: Array | None = None  # Heights in the unit, where they have no rows of their own
+    values: Array | None = None  # Heights in the unit, where the file has no rows of them
 
     @property
     def is_map(self) -> bool:
