@@ -14,29 +14,16 @@ from roughcontact.surface.cleaning import filling
 from roughcontact.units import count_noun
 
 AUTO, NONE = "auto", "none"
-
-
 """Values of ``no_data``: mark all codes that are recognized, or none."""
-
 
 # Relative distance of equal values, for single precision and codes given with six digits.
 _TOLERANCE = 2e-6
-
-
 # Smallest integers of 16 and 32 bits, perhaps in decimal fractions of a unit, and their largest.
 _INTEGERS = (3.2768, 3.2767, 2.147483648)
-
-
 _NINES = tuple(10.0**digits - 1 for digits in range(3, 10))
-
-
 _MIN_CODE = 1e-9
-
-
 # From here on powers of ten, and then all values, have no other meaning: 1e10, 1.70141e38, 3.4e38.
 _MIN_POWER, _MIN_HUGE = 1e10, 1e30
-
-
 # Distance to the next value over the range of all others; zero is a usual height.
 _DISTANCE, _DISTANCE_OF_ZERO = 0.25, 1.0
 
