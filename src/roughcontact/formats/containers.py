@@ -34,7 +34,6 @@ from roughcontact.formats.source import (
     InputFormat,
     ReadOptions,
     damage_as_error,
-    one_line,
     unit_in_meters,
 )
 from roughcontact.surface.provenance import Operation
@@ -287,14 +286,7 @@ def _parse_entry(path: Path, name: str, item: dict[str, Any]) -> ContainerEntry:
 
 def _from_yaml(path: Path, text: str) -> Any:
     """Return the content of a YAML text; some containers have Python tuples."""
-    try:
-        import yaml
-    except ImportError as error:
-        raise FormatError(
-            f"{path.name} needs PyYAML, which cannot be imported ({one_line(error)}); run pip "
-            "install 'roughcontact[io]'"
-        ) from None
-
+    yaml = source.import_optional(path, "yaml")
     # The parser of libyaml is ten times faster, where PyYAML has it.
     base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     limit = _MAX_YAML if base is not yaml.SafeLoader else _MAX_YAML // 10

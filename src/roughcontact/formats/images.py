@@ -28,6 +28,7 @@ from roughcontact.formats.source import (
     Channel,
     ReadOptions,
     damage_as_error,
+    import_optional,
     is_length,
     refuse_unit,
     unit_in_meters,
@@ -126,13 +127,7 @@ def _field(path: Path) -> Iterator[list[_Image]]:
 
 @contextmanager
 def _open_tiff(path: Path) -> Iterator[Any]:
-    try:
-        import tifffile
-    except ImportError as error:
-        raise FormatError(
-            f"{path.name} needs tifffile, which cannot be imported ({error}); run pip install "
-            "'roughcontact[io]'"
-        ) from None
+    tifffile = import_optional(path, "tifffile")
     with damage_as_error(path, "TIFF", "export it again"), tifffile.TiffFile(path) as file:
         yield file
 

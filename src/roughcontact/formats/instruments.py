@@ -300,18 +300,10 @@ def _check_grid(path: Path, described: Channel) -> None:
 
 def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
     """Return the function that opens a format, from its reader or the whole library."""
-    try:
+    with contextlib.suppress(ImportError):
         return cast("Callable[[Any], Any]", readers.reader(kind))
-    except ImportError:
-        pass
-    try:
-        from SurfaceTopography.IO import open_topography
-    except ImportError as error:
-        raise FormatError(
-            f"{path.name} needs SurfaceTopography, which cannot be imported ({one_line(error)}); "
-            "run pip install 'roughcontact[io]'"
-        ) from None
-    return partial(open_topography, format=kind)
+    library = source.import_optional(path, "SurfaceTopography.IO")
+    return partial(library.open_topography, format=kind)
 
 
 def _check_packed(path: Path, kind: str) -> None:

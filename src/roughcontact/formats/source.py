@@ -18,6 +18,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -223,6 +224,17 @@ def damage_as_error(path: Path, kind: str, advice: str) -> Iterator[None]:
         require_space(path, error)
         raise FormatError(
             f"{path.name} cannot be read as {kind} ({one_line(error)}); {advice}"
+        ) from None
+
+
+def import_optional(path: Path, name: str) -> Any:
+    """Return a module of the extra ``io``; raise `FormatError` if it cannot be imported."""
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise FormatError(
+            f"{path.name} needs {name.partition('.')[0]}, which cannot be imported "
+            f"({one_line(error)}); run pip install 'roughcontact[io]'"
         ) from None
 
 

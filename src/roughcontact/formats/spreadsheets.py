@@ -16,7 +16,7 @@ from roughcontact._tools.files import atomic_write
 from roughcontact._tools.text import table_cell
 from roughcontact.errors import FormatError
 from roughcontact.formats import instruments, matrices, source
-from roughcontact.formats.source import Channel, ReadOptions, damage_as_error, one_line
+from roughcontact.formats.source import Channel, ReadOptions, damage_as_error
 from roughcontact.surface.surface import Surface
 
 # Reader of SurfaceTopography for the workbooks of this instrument.
@@ -96,7 +96,7 @@ def _cell(value: Any) -> str:
 
 def write_workbook(rows: Iterable[Iterable[Any]], path: str | os.PathLike[str]) -> None:
     """Write the rows of a table as a workbook; numbers that are not finite become text."""
-    workbook = _import_openpyxl(Path(path)).Workbook(write_only=True)
+    workbook = source.import_optional(Path(path), "openpyxl").Workbook(write_only=True)
     sheet = workbook.create_sheet("roughcontact")
     for row in rows:
         sheet.append([_output_cell(value) for value in row])
@@ -110,21 +110,10 @@ def _output_cell(value: Any) -> Any:
     return value if math.isfinite(value) else repr(value)
 
 
-def _import_openpyxl(path: Path) -> Any:
-    try:
-        import openpyxl
-    except ImportError as error:
-        raise FormatError(
-            f"{path.name} needs openpyxl, which cannot be imported ({one_line(error)}); run pip "
-            "install 'roughcontact[io]'"
-        ) from None
-    return openpyxl
-
-
 @contextlib.contextmanager
 def _open_workbook(path: Path) -> Iterator[Any]:
     """Open a workbook that is read row by row, with all errors as `FormatError`."""
-    openpyxl = _import_openpyxl(path)
+    openpyxl = source.import_optional(path, "openpyxl")
     with damage_as_error(path, "an Excel workbook", "check that the file is complete"):
         source.check_sizes(path)
         with contextlib.closing(
