@@ -43,8 +43,10 @@ _MIN_ZIP64_BYTES = 2**30
 
 # Members of an X3P archive.
 _DOCUMENT, _POINTS, _SUMS = "main.xml", "bindata/data.bin", "md5checksum.hex"
-# Axis of absolute coordinates; elements that the reader of X3P expects.
+# Axis of absolute coordinates, increment of heights in floating point, which openGPS ignores, and
+# elements that the reader of X3P expects.
 _ABSOLUTE = rb"<C[XY]>(?:(?!</C[XY]>).)*<AxisType>\s*A\s*<"
+_SCALED = rb"<CZ>(?:(?!</CZ>).)*<DataType>\s*[FD]\s*<(?:(?!</CZ>).)*<Increment>\s*([^<\s]+)\s*<"
 _EXPECTED = {
     rb"<Revision>[^<]*<": b"<Revision>ISO5436 - 2000<",
     rb"<FeatureType>\s*PRF\s*<": b"<FeatureType>SUR<",
@@ -125,6 +127,12 @@ def open_x3p(path: Path) -> io.BytesIO | None:
             raise FormatError(
                 f"{path.name} holds points with an x and y each, no map; export it as a surface, "
                 "FeatureType SUR, or as text x y z"
+            )
+        scaled = re.search(_SCALED, document, re.DOTALL)
+        if scaled is not None and float(scaled[1]) != 1:
+            raise FormatError(
+                f"{path.name} states an increment of {float(scaled[1]):g} for heights in floating "
+                "point, which programs apply or ignore; export it with 1"
             )
         for pattern, stated in _EXPECTED.items():
             document = re.sub(pattern, stated, document)
