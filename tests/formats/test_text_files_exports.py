@@ -175,6 +175,35 @@ def test_points_in_any_order_below_any_header(
     assert surface.pixel == pytest.approx((0.5e-3, 1.5e-3))
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        "X,Y,Z\nmm,mm,um",
+        "X Pos. [mm],Y Pos. [mm],Height [um]",
+        "X座標\uff08mm\uff09,Y座標\uff08mm\uff09,高さ\uff08μm\uff09",
+    ],
+)
+def test_units_of_columns_under_any_name(head: str, tmp_path: Path) -> None:
+    rows = [f"{x},{y},{x + y}" for y in range(3) for x in range(4)]
+    surface = read_surface(write(tmp_path, "map.csv", "\n".join([head, *rows])))
+    assert surface.shape == (3, 4)
+    assert surface.pixel == pytest.approx((1e-3, 1e-3))
+    assert range_in_um(surface) == pytest.approx((0, 5))
+
+
+def test_units_along_x_and_y_that_differ_are_rejected(tmp_path: Path) -> None:
+    rows = [f"{x},{y},{x + y}" for y in range(3) for x in range(4)]
+    path = write(tmp_path, "map.csv", "\n".join(["X [mm],Y [um],Z [um]", *rows]))
+    assert_rejected(path, "along x in 'mm' and along y in 'um'")
+
+
+@pytest.mark.parametrize("name", ["map.xyz", "map.txt"])
+def test_points_of_four_columns_are_rejected(name: str, tmp_path: Path) -> None:
+    rows = "".join(f"{x} {y} {x + y} 9\n" for y in range(3) for x in range(4))
+    path = write(tmp_path, name, rows)
+    assert_rejected(path, "points in 4 columns; keep x, y", unit="um", size="1 mm x 1 mm")
+
+
 def test_lines_above_a_matrix_are_skipped_with_a_note(tmp_path: Path) -> None:
     path = write(tmp_path, "map.txt", "Surface 12\nExported by X\n\n1 2 3\n4 5 6\n")
     surface = read_surface(path, unit="um", size=(2e-6, 3e-6))

@@ -174,9 +174,9 @@ _BYTES_PER_POINT = 20
 _NO_DATA = re.compile(r"no\s+data", re.IGNORECASE)
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-# Exponents of Fortran; minus sign and thousands separator of spreadsheets.
+# Exponents of Fortran; minus sign and thousands separator of spreadsheets, Japanese parentheses.
 _FORTRAN = re.compile(r"([+-]?\d*\.?\d+\.?)[dD]([+-]?\d+)")
-_TYPED = str.maketrans({"\u2212": "-", "\u202f": None})
+_TYPED = str.maketrans({"\u2212": "-", "\u202f": None, "\uff08": "(", "\uff09": ")"})
 # A decimal comma, or an integer or missing point in the same row.
 _WITH_COMMA = re.compile(rf"{_DECIMAL_COMMA.pattern}|[+-]?\d+|nan|bad", re.IGNORECASE)
 # Suffix of files that list points x, y, z.
@@ -264,10 +264,15 @@ def _read_table(path: Path) -> tuple[Head, Array, tuple[str, ...], text_files.Tr
 
 def _lists_points(path: Path, values: Array, head: Head) -> bool:
     """Return whether a text lists points x, y, z, by its header or by its numbers."""
+    is_named = path.suffix.lower() == _POINTS
+    if values.shape[1] > 3 and (is_named or text_files.look_like_points(values[:, :3])):
+        raise FormatError(
+            f"{path.name} lists points in {values.shape[1]} columns; keep x, y and the heights"
+        )
     if values.shape[1] != 3 or head.sides or head.pixel:
         return False
-    named = head.columns or head.lateral is not None or path.suffix.lower() == _POINTS
-    return named or text_files.look_like_points(values)
+    is_named = is_named or head.columns or head.lateral is not None
+    return is_named or text_files.look_like_points(values)
 
 
 def map_of_points(

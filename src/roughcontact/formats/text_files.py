@@ -98,8 +98,8 @@ _CELL = re.compile(
 
 _RULE = re.compile(r"[-*=_]{5,}")
 
-# Names of three columns, optionally with units: X [mm], y (um), z/nm.
-_COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", re.IGNORECASE)
+# Name of a column, optionally with its unit: X [mm], Y position (um), z/nm.
+_COLUMN = re.compile(r"\s*([^\[(/]*?)\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*")
 
 # Keys of the header of a map: a text without any of these is a remark.
 _TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x"}
@@ -174,10 +174,11 @@ def _columns(text: str) -> tuple[str, ...]:
     matches = [_COLUMN.fullmatch(cell) for cell in cells]
     if len(cells) != 3 or not all(matches):
         return ()
-    named = [(match[1].lower(), match[2] or "") for match in matches if match is not None]
-    if [name for name, _ in named] != ["x", "y", "z"]:
-        return ()
-    return tuple(unit for _, unit in named)
+    if all(is_length(Path(), cell.strip(" []()")) for cell in cells):
+        return tuple(cell.strip(" []()") for cell in cells)
+    names, words = zip(*((m[1].lower(), m[2] or "") for m in matches if m), strict=True)
+    is_height = names[2].startswith("z") or is_length(Path(), words[2])
+    return words if names[0][:1] == "x" and names[1][:1] == "y" and is_height else ()
 
 
 def _parse_head_text(
@@ -191,7 +192,7 @@ def _parse_head_text(
     head = _heights(path, head, result)
     if columns:
         x, y, z = columns
-        lateral = unit_in_meters(path, x) if x and x == y else None
+        lateral = _lateral(path, {"unit_x": x, "unit_y": y})
         return replace(head, unit=z or head.unit, lateral=lateral, columns=True)
     lateral = _lateral(path, result)
     if "side_x" in result and "side_y" in result:
@@ -401,7 +402,7 @@ def find_trace(path: Path, values: Array, head: Head) -> Trace | None:
     third = _third_column_name(head.texts) if values.shape[1] == 3 else ""
     if values.shape[1] > 3 and all(_units(head.texts, values.shape[1])):
         raise FormatError(
-            f"{path.name} lists {values.shape[1]} columns; keep the positions and one of heights"
+            f"{path.name} lists {values.shape[1]} columns; keep the positions and the heights"
         )
     if values.shape[1] != 2 and not third:
         return None
