@@ -316,17 +316,18 @@ for number, map in enumerate(read_container(sys.argv[1])[0]):
 
 
 @needs_reader
-def test_keyence_project_lists_its_files_by_name(tmp_path: Path) -> None:
+@pytest.mark.parametrize("order", [1, -1])
+def test_keyence_project_lists_its_files_by_name(order: int, tmp_path: Path) -> None:
     content, _, _ = vendors.vk4()
     path = tmp_path / "project.cag"
     with zipfile.ZipFile(path, "w") as archive:
         for item in ("a1", "b2"):
             archive.writestr(f"m/{item}/c3", content)
-        items = "".join(
-            f"<Item><Path>{item}</Path><Kind>0</Kind>"
-            rf"<OriginalFileName>C:\data\{name}.vk4</OriginalFileName></Item>"
+        tags = [
+            [f"<Path>{item}</Path>", rf"<OriginalFileName>C:\data\{name}.vk4</OriginalFileName>"]
             for item, name in (("a1", "ground"), ("b2", "honed"))
-        )
+        ]
+        items = "".join(f"<Item>{''.join(pair[::order])}</Item>" for pair in tags)
         archive.writestr("m/d4", f"\ufeff<Map>{items}</Map>")
         archive.writestr("thumbnail", b"\x89PNG")
     assert [entry.name for entry in channels(path)] == ["ground.vk4", "honed.vk4"]

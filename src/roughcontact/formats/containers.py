@@ -50,9 +50,6 @@ _SQUEEZED, _ORIGINAL = "squeezed-netcdf", "original"
 # listed within seconds.
 _MAX_ENTRIES, _MAX_YAML = 1000, 2 * 10**6
 
-# Folder and file in the XML of Keyence.
-_VK_ITEM = r"<Path>([^<]+)</Path>(?:(?!<Path>).)*?<OriginalFileName>([^<]+)<"
-
 # Relative difference of sizes in the index and in a data file that is noted.
 _SIZE_TOLERANCE = 1e-3
 
@@ -242,7 +239,11 @@ def _list_vk_files(path: Path, archive: zipfile.ZipFile) -> dict[str, ContainerE
             files.append(member.filename)
         elif start.startswith((b"<", b"\xef\xbb\xbf")) and member.file_size <= memory.TEXT:
             text = archive.read(member).decode("utf-8", "replace")
-            names.update(re.findall(_VK_ITEM, text, re.DOTALL))
+            folders, originals = (
+                re.findall(f"<{tag}>([^<]+)<", text) for tag in ("Path", "OriginalFileName")
+            )
+            if len(folders) == len(originals):
+                names.update(zip(folders, originals, strict=True))
     found: dict[str, ContainerEntry] = {}
     for index, file in enumerate(files):
         name = re.split(r"[/\\]", names.get(Path(file).parent.name, file))[-1]
