@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
+
+import roughcontact as rc
+from roughcontact.batch import project
+from roughcontact.cli import app
+from roughcontact.request.run import run_request
 
 if TYPE_CHECKING:
     from roughcontact.desk.page import Page
@@ -43,3 +51,23 @@ def give_all(session: Session, specified: dict[str, str | bool]) -> None:
     for name, value in specified.items():
         state = state.with_option(name, value)
     session._change_state(state)
+
+
+def compare_contacts(session: Session, folder: Path) -> None:
+    """Solve the contact of a session by the command and by the project file; compare the bits."""
+    outcome = session.outcome
+    if outcome is None or outcome.contact is None or not outcome.converged:
+        return
+    # The files stand under the names that the program gave them.
+    words = shlex.split(replace(session.request, names={}).command)
+    output = folder / "own.nc"
+    assert app.main([*words[1:], "--output", str(output), "--quiet"]) == app.SOLVED
+    (session.project.parent / "results").mkdir(exist_ok=True)
+    entries = {entry.name: entry for entry in project.read_project(session.project)}
+    from_file = run_request(entries["contact"].request, lambda _: None).contact
+    assert from_file is not None
+    for other in (rc.read_result(output), from_file):
+        for name in ("pressure", "gap"):
+            own = getattr(outcome.contact, name)
+            assert own.tobytes() == getattr(other, name).tobytes()
+        assert (other.load, other.approach) == (outcome.contact.load, outcome.contact.approach)

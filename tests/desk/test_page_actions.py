@@ -1,7 +1,8 @@
-"""Random sequences of actions on a page: what it shows is what its project file holds."""
+"""Random sequences of actions on the pages of a project: page = project file = command."""
 
 from __future__ import annotations
 
+import os
 import tempfile
 import threading
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ from hypothesis.stateful import (
     RuleBasedStateMachine,
     initialize,
     invariant,
+    precondition,
     rule,
     run_state_machine_as_test,
 )
@@ -32,7 +34,7 @@ from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import from_script
 from roughcontact.desk.workers import WorkerPool
-from visits import GIVEN, PATIENCE, Loop, Pressed, give_all, solve_and_show
+from visits import GIVEN, PATIENCE, Loop, Pressed, compare_contacts, give_all, solve_and_show
 
 _POOL: list[WorkerPool] = []
 
@@ -45,12 +47,12 @@ def pool() -> Iterator[None]:
 
 
 class Actions(RuleBasedStateMachine):
-    """Random actions on a page."""
+    """Random actions on up to three pages of a project in a relative folder."""
 
     @initialize()
     def begin(self) -> None:
         self.folder = tempfile.TemporaryDirectory()
-        root = Path(self.folder.name)
+        self.root = root = Path(self.folder.name)
         rng = np.random.default_rng(1)
         self.maps = []
         for name, shape in (("a.npz", (16, 20)), ("b.npz", (12, 10)), ("long.npz", (1, 64))):
@@ -60,13 +62,31 @@ class Actions(RuleBasedStateMachine):
             pixel = (1.0 if shape[0] == 1 else 1e-6, 1e-6)
             rc.Surface(heights, pixel).save(root / name)
             self.maps.append(root / name)
-        self.work = ProjectStore(root / "works").create()
-        self.visit = PageVisit(self.work, None, _POOL[0], 2**20, lambda: None, list)
+        self.work = ProjectStore(Path(os.path.relpath(root / "works"))).create()
+        self.pages: list[Any] = []
         self.enter()
 
+    @rule()
+    @precondition(lambda self: len(self.pages) < 3)
     def enter(self) -> None:
-        self.page: Any = Page(self.visit)
+        """Open the project in another tab."""
+
+        def other_visits() -> list[PageVisit]:
+            return [page._visit for page in self.pages if page._visit is not visit]
+
+        visit = PageVisit(self.work, None, _POOL[0], 2**20, lambda: None, list, other_visits)
+        self.page = Page(visit)
         self.page._document = Loop()
+        self.pages.append(self.page)
+
+    @rule(number=st.integers(0, 2))
+    def change_page(self, number: int) -> None:
+        self.page = self.pages[number % len(self.pages)]
+        self.run_loop()
+
+    def run_loop(self) -> None:
+        while self.page._document.waiting:
+            self.page._document.waiting.pop(0)()
 
     @rule(number=st.integers(0, 2), complete=st.booleans())
     def bring(self, number: int, complete: bool) -> None:
@@ -145,8 +165,7 @@ class Actions(RuleBasedStateMachine):
         self.page._window.arrived = {"file": path.name, "name": "mine.npz", "number": count}
         assert ended.wait(PATIENCE)
         self.page._reader.check = check
-        while self.page._document.waiting:
-            self.page._document.waiting.pop(0)()
+        self.run_loop()
         if number == 3:
             assert self.page.session.state == before
         else:
@@ -162,6 +181,7 @@ class Actions(RuleBasedStateMachine):
 
     @rule()
     def reload(self) -> None:
+        self.pages.remove(self.page)
         self.page.close()
         self.enter()
 
@@ -186,6 +206,7 @@ class Actions(RuleBasedStateMachine):
     @invariant()
     def the_project_file_holds_the_state_and_the_controls_show_it(self) -> None:
         page, state, path = self.page, self.page.session.state, self.work.project
+        assert all(other.session.state == state for other in self.pages)
         if path.exists():
             assert from_script(path.read_text("utf-8"), path.parent) == state
         form = page._preparation._group.controls["form"]
@@ -196,14 +217,21 @@ class Actions(RuleBasedStateMachine):
             assert is_old == (page._answer != page.session.number)
 
     def teardown(self) -> None:
-        if hasattr(self, "page"):
-            self.look()
-            self.page.close()
+        if not hasattr(self, "pages"):
+            return
+        try:
+            for number in range(len(self.pages)):
+                self.change_page(number)
+                self.look()
+            compare_contacts(self.page.session, self.root)
+        finally:
+            for page in self.pages:
+                page.close()
             self.folder.cleanup()
 
 
-_FEW = settings(
-    max_examples=8,
+_MANY = settings(
+    max_examples=500,
     stateful_step_count=12,
     deadline=None,
     # To make a failure smaller takes a hundred times as long as to find it.
@@ -213,5 +241,5 @@ _FEW = settings(
 
 
 @pytest.mark.slow
-def test_page_matches_project_file_after_any_actions() -> None:
-    run_state_machine_as_test(Actions, settings=_FEW)
+def test_page_matches_project_file_and_command_in_500_sequences() -> None:
+    run_state_machine_as_test(Actions, settings=_MANY)

@@ -1,10 +1,8 @@
 from __future__ import annotations
 
-import shlex
 import tempfile
 import threading
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +14,14 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 import roughcontact as rc
 from roughcontact.analyses.tasks import from_text
 from roughcontact.batch import project
-from roughcontact.cli import app
 from roughcontact.desk.live_solver import FailedRequest, LiveSolver, PreparedMaps, Preview
 from roughcontact.desk.rasters import is_drawn_alike
-from roughcontact.desk.session import CONTACT, HISTORY, PINNED, Session, SessionState, from_script
+from roughcontact.desk.session import HISTORY, PINNED, Session, SessionState, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.request.options import LEVEL
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.run import run_request
-from visits import give_all
+from visits import compare_contacts, give_all
 
 PATIENCE = 60.0
 
@@ -312,8 +309,6 @@ class Desk(RuleBasedStateMachine):
         ]
         (self.root / "text.npz").write_text("no map")
         self.maps.append(self.root / "text.npz")
-        # Where the entries of the project file write.
-        (self.root / "results").mkdir()
         self.unhandled: list[BaseException] = []
         self.hook = threading.excepthook
         threading.excepthook = lambda failed: self.unhandled.append(failed.exc_value)
@@ -479,23 +474,8 @@ class Desk(RuleBasedStateMachine):
 
     def compare_contacts(self) -> None:
         """Solve by the command and by the project file, and compare the bits."""
-        outcome = self.session.outcome
-        if outcome is None or outcome.contact is None or not outcome.converged:
-            return
-        if "model" in self.session.state.specified:
-            return
-        # The files stand under the names that the program gave them.
-        words = shlex.split(replace(self.session.request, names={}).command)
-        output = self.root / "own.nc"
-        assert app.main([*words[1:], "--output", str(output), "--quiet"]) == app.SOLVED
-        entries = {entry.name: entry for entry in project.read_project(self.session.project)}
-        from_file = run_request(entries[CONTACT].request, lambda _: None).contact
-        assert from_file is not None
-        for other in (rc.read_result(output), from_file):
-            for name in ("pressure", "gap"):
-                own = getattr(outcome.contact, name)
-                assert own.tobytes() == getattr(other, name).tobytes()
-            assert (other.load, other.approach) == (outcome.contact.load, outcome.contact.approach)
+        if "model" not in self.session.state.specified:
+            compare_contacts(self.session, self.root)
 
     @invariant()
     def all_agree_on_the_state(self) -> None:
