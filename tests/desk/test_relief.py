@@ -239,6 +239,13 @@ def test_view_rotates_zooms_and_follows_load(seat: Seat, path: Path) -> None:
     page.wait_for_timeout(500)
     assert not are_equal_images(picture(seat), first)
     scene.press("0")
+    # The labels have the color of the text of the page.
+    count = count_drawings(seat, count)
+    for scheme in ("dark", "light"):
+        page.wait_for_timeout(500)
+        count = count_drawings(seat)
+        page.emulate_media(color_scheme=scheme)
+        count_drawings(seat, count)
     # Another load colors the same surface.
     seat.type("Value with unit", "40 MPa")
     page.wait_for_function(

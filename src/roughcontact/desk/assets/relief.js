@@ -367,7 +367,13 @@ export function render({ model, el }) {
   model.on("palette", () => { takeColors(); ask(); });
   const watch = new ResizeObserver(ask);
   watch.observe(scene);
-  model.on("remove", () => { watch.disconnect(); drawn.end(); });
+  const scheme = matchMedia("(prefers-color-scheme: dark)");
+  scheme.addEventListener("change", ask);
+  model.on("remove", () => {
+    watch.disconnect();
+    scheme.removeEventListener("change", ask);
+    drawn.end();
+  });
   takeHeights();
   takeColors();
   ask();
