@@ -548,6 +548,18 @@ def test_coated_body_is_solved(page: Page, tmp_path: Path) -> None:
     assert "10 mN" in numbers_of(page)
 
 
+def test_colors_of_sections_are_visible_on_light_and_dark_pages() -> None:
+    def luminance(color: str) -> float:
+        parts = np.array([int(color[place : place + 2], 16) for place in (1, 3, 5)]) / 255
+        return float(np.dot(parts**2.2, [0.2126, 0.7152, 0.0722]))
+
+    # The ground of light and of dark pages.
+    for ground in re.findall(r"--bg: (#\w+)", style.CSS["PAGE"]):
+        low, high = sorted(map(luminance, (style.NEUTRAL, ground)))
+        assert (high + 0.05) / (low + 0.05) > 3
+    assert len(style.GAP) == len("#rrggbbaa")
+
+
 def test_no_token_of_the_page_has_a_name_of_bokeh() -> None:
     import bokeh
 

@@ -101,14 +101,13 @@ class SectionPlot:
         self.heights, self.pressure = self._make_plot(150), self._make_plot(104)
         self.pressure.toolbar_location = None
         where = {"x": "place", "source": self.source}
-        flowing = "overlap that flows plastically (saturated)"
         for lower, upper, color, label in (
-            ("lower", "open", "#dcebf5", "gap"),
-            ("flows", "lower", drawing_style.SATURATED, flowing),
+            ("lower", "open", style.GAP, "gap"),
+            ("flows", "lower", drawing_style.SATURATED, "plastic overlap (saturated)"),
         ):
             self.heights.varea(y1=lower, y2=upper, color=color, legend_label=label, **where)
         for column, color, label in (
-            ("upper", drawing_style.NEUTRAL, "counter-body"),
+            ("upper", style.NEUTRAL, "counter-body"),
             ("lower", drawing_style.SERIES[0], "body"),
         ):
             drawn = self.heights.line(

@@ -67,6 +67,9 @@ TABS: dict[str, Any] = {**SHEETS, "sizing_mode": "stretch_both", "margin": (4, 0
 BUTTON: dict[str, Any] = {**SHEETS, "margin": (0, 6, 4, 0)}
 
 
+# Colors that are visible on light and on dark pages.
+NEUTRAL, GAP = "#7d8895", "#3d8fd133"
+
 _SCHEMES = {
     False: {"SCRIPT": INK, "GRID": "#e4e4e4", "FRAME": "#b8b8b8", "SHEET": drawing_style.OPEN},
     True: {"SCRIPT": "#e8ebef", "GRID": "#2b313a", "FRAME": "#6d7885", "SHEET": "#262c34"},
