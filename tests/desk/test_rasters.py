@@ -159,7 +159,8 @@ def test_a_thumbnail_is_small_and_has_the_colours_of_the_cells():
     assert bytes_of(rasters.map_colors(values, clear))[1, 2].tolist() == [0, 0, 0, 0]
     # Cells of several points have another order in memory.
     many = np.asfortranarray(rasters.map_colors(np.full((900, 700), 2.0, np.float32), mapper))
-    data = base64.b64decode(rasters.thumbnail(many).partition(",")[2])
-    picture = np.asarray(Image.open(io.BytesIO(data)))
-    assert picture.shape == (150, 117, 4)
-    assert (picture == [*blue, 255]).all()
+    for sides, shape in (((9.0, 7.0), (160, 124)), ((9.0, 18.0), (80, 160))):
+        data = base64.b64decode(rasters.thumbnail(many, sides).partition(",")[2])
+        picture = np.asarray(Image.open(io.BytesIO(data)))
+        assert picture.shape == (*shape, 4)
+        assert (picture == [*blue, 255]).all()

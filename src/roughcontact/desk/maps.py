@@ -535,12 +535,13 @@ class MapsView:
         }
 
     def _thumbnail(self, key: str) -> str:
-        """Return a thumbnail of a map as a data URL."""
+        """Return a thumbnail of a map as a data URL, true to scale."""
         data = self.sources[key].data
         values = data[key][0]
         if key in self.mappers:
             values = rasters.map_colors(values, self.mappers[key])
-        return rasters.thumbnail(values, data["cover"][0] if key == GAP else None)
+        sides = data["dh"][0], data["dw"][0]
+        return rasters.thumbnail(values, sides, data["cover"][0] if key == GAP else None)
 
     def _moved(self) -> None:
         ranges = self._ranges()

@@ -215,8 +215,8 @@ def map_colors(values: Values, mapper: Any) -> Colours:
     return table[index]
 
 
-def thumbnail(colours: Colours, cover: Colours | None = None) -> str:
-    """Return colors, with an optional cover over them, as a small image (data URL)."""
+def thumbnail(colours: Colours, sides: tuple[float, float], cover: Colours | None = None) -> str:
+    """Return colors, with an optional cover, as a small image with the sides (y, x) of a map."""
     from PIL import Image
 
     layers = (np.ascontiguousarray(layer) for layer in (colours, cover) if layer is not None)
@@ -225,7 +225,9 @@ def thumbnail(colours: Colours, cover: Colours | None = None) -> str:
     )
     for layer in more:
         ground = Image.alpha_composite(ground, layer)
-    small = ground.reduce(math.ceil(max(ground.size) / _SIDE))
+    longer = min(_SIDE, max(ground.size))
+    height, width = (max(round(longer * side / max(sides)), 1) for side in sides)
+    small = ground.resize((width, height), Image.Resampling.BOX)
     stream = io.BytesIO()
     small.save(stream, "png", compress_level=1)
     return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}"
