@@ -11,6 +11,8 @@ from __future__ import annotations
 import base64
 import io
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -155,10 +157,27 @@ def contact_colors(part: ResultWindow) -> Colours:
     """
     from matplotlib.colors import to_rgb
 
-    covered = np.minimum(part.shares.touching + part.shares.missing, 1.0)[..., None]
     ground = np.array(to_rgb(drawing_style.OPEN))
-    over = (drawing_maps.class_colors(part.shares) - ground) / np.where(covered > 0, covered, 1.0)
-    return pack_colors(np.clip(np.dstack([ground + over, covered]), 0.0, 1.0))
+
+    def mix_classes(shares: drawing_maps.Shares) -> Array:
+        covered = np.minimum(shares.touching + shares.missing, 1.0)[..., None]
+        over = (drawing_maps.class_colors(shares) - ground) / covered
+        return np.clip(np.dstack([ground + over, covered]), 0.0, 1.0)
+
+    return _pack_covered(part, drawing_style.OPEN, mix_classes)
+
+
+def _pack_covered(
+    part: ResultWindow, ground: str, mix: Callable[[drawing_maps.Shares], Array]
+) -> Colours:
+    """Return the colors of closed and missing cells, few of all; the others are clear."""
+    from matplotlib.colors import to_rgba
+
+    covered = part.shares.touching + part.shares.missing > 0
+    result = np.full(covered.shape, pack_colors(np.array([[to_rgba(ground, 0.0)]]))[0, 0])
+    shares = drawing_maps.Shares(*(share[covered][None] for share in part.shares))
+    result[covered] = pack_colors(mix(shares))[0]
+    return result
 
 
 def contact_shares(part: ResultWindow) -> tuple[Values, Values, Values]:
@@ -177,7 +196,8 @@ def mean_gap(part: ResultWindow) -> Values:
 
 def closed_colors(part: ResultWindow) -> Colours:
     """Return the colors of closed and missing points, with their share as opacity."""
-    return pack_colors(drawing_maps.closed_cover(part.shares, drawing_style.CLOSED))
+    mix = partial(drawing_maps.closed_cover, colour=drawing_style.CLOSED)
+    return _pack_covered(part, drawing_style.CLOSED, mix)
 
 
 def deepest_residual(part: ResultWindow) -> Values:
