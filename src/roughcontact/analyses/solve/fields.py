@@ -34,7 +34,13 @@ from roughcontact.report.kind import (
     profile_table,
     quantity_of,
 )
-from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
+from roughcontact.units import (
+    count_noun,
+    format_engineering,
+    format_percent,
+    group_digits,
+    order_of_magnitude,
+)
 
 _SIDES = {
     CIRCLE: ("radius of contact",),
@@ -170,7 +176,7 @@ def _touches(result: ContactResult) -> bool:
 
 def _area_and_share(unit: str) -> Callable[[Any], str]:
     return lambda result: (
-        f"{format_engineering(result.contact_area, unit)} "
+        f"{group_digits(format_engineering(result.contact_area, unit))} "
         f"({format_percent(result.contact_fraction)})"
     )
 
