@@ -73,6 +73,8 @@ def test_dragged_color_limits_stay_until_their_bar_is_double_clicked(maps):
     # The change comes from the browser.
     mapper.high = whole / 4
     assert "beyond the scale" in maps.legend.text
+    # No number is on another line than its unit.
+    assert " %" not in maps.legend.text
     assert max(maps.bars[PRESSURE].ticker.ticks) <= whole / 4
     maps.show_contact(surface, results[1])
     assert mapper.high == pytest.approx(whole / 4)

@@ -621,7 +621,8 @@ class MapsView:
         if result is not None and self._is_beyond(result):
             entries.append((drawing_style.OVER, "pressure beyond the scale"))
         patches = (f"<div>{style.color_patch(*entry)}</div>" for entry in entries)
-        self.legend.text = "".join(patches)
+        # A number stays on the line of its unit.
+        self.legend.text = "".join(patches).replace(" %", "\N{NO-BREAK SPACE}%")
 
     def _is_beyond(self, result: rc.ContactResult) -> bool:
         """Whether the largest pressure exceeds the upper color limit, beyond rounding."""
