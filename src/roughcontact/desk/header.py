@@ -377,16 +377,14 @@ class Header:
     def show_cautions(self, cautions: Iterable[caution_types.Caution]) -> None:
         """Show the number of cautions by severity; an open drawer lists the cautions."""
         self._cautions = gravest_first(cautions)
-        counts = [
-            units.count_noun(sum(item.severity == kind for item in self._cautions), str(kind))
-            for kind in caution_types.Severity
-            if any(item.severity == kind for item in self._cautions)
-        ]
-        self.count.label, self.count.visible = " · ".join(counts), bool(counts)
-        severe = (
-            bool(self._cautions) and self._cautions[0].severity == caution_types.Severity.WARNING
-        )
-        self.count.styles = {"--text": "var(--severe)"} if severe else {}
+        self.count.visible = bool(self._cautions)
+        if self._cautions:
+            gravest = self._cautions[0].severity
+            count = sum(item.severity == gravest for item in self._cautions)
+            rest = len(self._cautions) - count
+            self.count.label = units.count_noun(count, str(gravest)) + (rest > 0) * f", {rest} more"
+            severe = gravest == caution_types.Severity.WARNING
+            self.count.styles = {"--text": "var(--severe)"} if severe else {}
         if self._topic == "Cautions":
             self._fill()
 
