@@ -17,6 +17,7 @@ import panel as pn
 
 from roughcontact.analyses.find.task import TASK as FIND
 from roughcontact.analyses.solve import uncertainty_report as uncertainty
+from roughcontact.cautions import Caution, Severity
 from roughcontact.desk import analysis_jobs, style
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE
 from roughcontact.desk.page import ContactView, Page
@@ -430,6 +431,27 @@ def test_load_is_shown_in_the_unit_of_the_user(page: Page, tmp_path: Path) -> No
     found = analysis_jobs.run_analysis(lambda _: None, request, True)
     use = analyze._make_views(found, request)[1]
     assert use.label.endswith("MPa as the load")
+
+
+def test_invalid_load_stays_with_its_error_until_the_load_changes(page: Page) -> None:
+    load = page._load
+    load.text.value = "5 bananas"
+    page._show_state()
+    assert (load.text.value, load.text.css_classes) == ("5 bananas", ["invalid"])
+    assert load._wrong.visible
+    page._give_option("load", "20 MPa")
+    assert (load.text.value, load.text.css_classes) == ("20 MPa", [])
+    assert not load._wrong.visible
+
+
+def test_messages_are_counted_from_the_gravest(page: Page) -> None:
+    note, warning = (Caution("size", ("",), kind) for kind in (Severity.NOTE, Severity.WARNING))
+    for cautions, label in (
+        ([note], "1 note"),
+        ([note, warning, note, warning], "2 warnings, 2 more"),
+    ):
+        page._header.show_cautions(cautions)
+        assert page._header.count.label == label
 
 
 @pytest.mark.long

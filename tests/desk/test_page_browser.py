@@ -352,8 +352,11 @@ def test_missing_units_are_requested_and_file_name_is_escaped(seat: Seat) -> Non
     specify_and_solve(seat)
     seat.type("Value with unit", "5 bananas")
     seat.alert("bananas").first.wait_for()
+    invalid = page.locator("input[aria-invalid=true]")
+    invalid.wait_for()
     seat.type("Value with unit", "20 MPa")
     seat.alert("bananas").first.wait_for(state="hidden")
+    invalid.wait_for(state="hidden")
     seat.turn("Export")
     page.locator("pre").filter(has_text=EVIL).first.wait_for()
     assert page.locator("img[src=x]").count() == 0

@@ -79,6 +79,11 @@ def show_alert(pane: Any, text: str) -> None:
     pane.object, pane.visible = error_markup(text), bool(text)
 
 
+def mark_field(widget: Any, text: str) -> None:
+    """Mark a field as invalid, or remove the mark if its error is empty."""
+    widget.css_classes = ["invalid"] if text else []
+
+
 def copy_markup(title: str, text: str) -> str:
     """Return text to copy, with its title, as markup."""
     copy = "navigator.clipboard?.writeText(this.closest('section').lastChild.textContent)"
@@ -121,7 +126,10 @@ class Control:
         self.widget = _widget(option, choices)
         self._silent = False
         self.widget.param.watch(self._changed, "value")
-        self.root = pn.Column(self.widget, **style.BLOCK)
+        # Only the box for a flag has no help of its own.
+        texts = [note_markup(option.help)] if option.is_flag else []
+        self._parts = [self.widget, *(pn.pane.HTML(text, **style.SHEET) for text in texts)]
+        self.root = pn.Column(*self._parts, **style.BLOCK)
 
     def show_options(self, specified: Mapping[str, Value]) -> None:
         """Show the value of the option, or its default."""
@@ -157,11 +165,10 @@ class Control:
 
     def show_error(self, text: str) -> None:
         """Show an error below the control, or remove it if the text is empty."""
-        if not text:
-            if len(self.root) > 1:
-                self.root[:] = [self.widget]
-            return
-        self.root[:] = [self.widget, pn.pane.HTML(error_markup(text), **style.SHEET)]
+        mark_field(self.widget, text)
+        below = [pn.pane.HTML(error_markup(text), **style.SHEET)] if text else []
+        if below or len(self.root) > len(self._parts):
+            self.root[:] = [*self._parts, *below]
 
     def _changed(self, event: Any) -> None:
         if self._silent:

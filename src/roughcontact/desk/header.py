@@ -150,6 +150,7 @@ class LoadPanel:
         self._session, self._give, self._drag = session, give, drag
         self._form = NOMINAL
         self._silent = False
+        self._shown = ""
         self._scale: tuple[LoadForm, tuple[float, float]] | None = None
         self.form = pn.widgets.Select(
             label="Load given as",
@@ -192,9 +193,11 @@ class LoadPanel:
         try:
             if self.form.value is not self._form:
                 self.form.value = self._form
-            if self.text.value != text:
-                self.text.value = text
-            self.text.placeholder = self._form.example
+            # An invalid text stays, with its error, until the load changes.
+            if text != self._shown:
+                self._shown = self.text.value = text
+                self._show_error("")
+            self.text.placeholder = f"e.g. {self._form.example}"
             self.slider.text = text
             self._rule()
             ends, value = self._ends(), self._value()
@@ -261,9 +264,13 @@ class LoadPanel:
             try:
                 give(self._form.option, text)
             except rc.RoughcontactError as error:
-                controls.show_alert(self._wrong, controls.error_text(error))
+                self._show_error(controls.error_text(error))
             else:
-                self._wrong.visible = False
+                self._show_error("")
+
+    def _show_error(self, text: str) -> None:
+        controls.mark_field(self.text, text)
+        controls.show_alert(self._wrong, text)
 
 
 _KEYS = ("load", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap", "approach")

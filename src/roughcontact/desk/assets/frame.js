@@ -34,6 +34,16 @@ export function render({ model }) {
     while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
     at?.blur();
   });
+  // The class of a field is set where screen readers do not see it.
+  const hosts = new WeakSet();
+  document.addEventListener("input", (event) => {
+    const host = event.composedPath()[0].getRootNode().host;
+    if (host == null || hosts.has(host)) return;
+    hosts.add(host);
+    new MutationObserver(() => host.shadowRoot.querySelector("input, select")
+      ?.setAttribute("aria-invalid", host.matches(".invalid"))
+    ).observe(host, { attributeFilter: ["class"] });
+  });
   // A file is dropped anywhere on the page; areas with another purpose take it first.
   const over = document.createElement("div");
   over.className = "over";
