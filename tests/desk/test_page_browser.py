@@ -358,6 +358,8 @@ def test_missing_units_are_requested_and_file_name_is_escaped(seat: Seat) -> Non
     seat.alert("bananas").first.wait_for(state="hidden")
     invalid.wait_for(state="hidden")
     seat.turn("Export")
+    page.get_by_role("button", name="Copy").first.click()
+    page.get_by_role("button", name="Copied").wait_for()
     page.locator("pre").filter(has_text=EVIL).first.wait_for()
     assert page.locator("img[src=x]").count() == 0
 

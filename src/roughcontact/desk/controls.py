@@ -86,7 +86,10 @@ def mark_field(widget: Any, text: str) -> None:
 
 def copy_markup(title: str, text: str) -> str:
     """Return text to copy, with its title, as markup."""
-    copy = "navigator.clipboard?.writeText(this.closest('section').lastChild.textContent)"
+    copy = (
+        "navigator.clipboard?.writeText(this.closest('section').lastChild.textContent)"
+        ".then(() => { this.textContent = 'Copied' })"
+    )
     return (
         f'<section><h2>{escape_markup(title)} <button onclick="{copy}">Copy</button></h2>'
         f"<pre>{escape_markup(text)}</pre></section>"
