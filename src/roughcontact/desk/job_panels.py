@@ -321,8 +321,10 @@ class DownloadPanel(TabPanel):
         self._working = JobButton(visit.workers, run, "Save page", self._prepare, session)
         self._links = pn.pane.HTML("", **style.WIDE)
         self._words = pn.pane.HTML("", **style.WIDE)
+        head = pn.pane.HTML("<h1>Save the contact</h1>", **style.WIDE)
+        left: dict[str, Any] = {"width": 300, "margin": (8, 16, 0, 0)}
         self.root = pn.Row(
-            pn.Column(self._kind, self._working.root, self._links, width=300, margin=(8, 16, 0, 0)),
+            pn.Column(head, self._kind, self._working.root, self._links, **left),
             pn.Column(self._words, sizing_mode="stretch_both", margin=(8, 0)),
             sizing_mode="stretch_both",
         )
@@ -336,7 +338,8 @@ class DownloadPanel(TabPanel):
         if not state.missing:
             with contextlib.suppress(rc.RoughcontactError):
                 texts = {"Command": self._session.request.command, **texts}
-        self._words.object = "".join(copy_markup(*item) for item in texts.items())
+        parts = (copy_markup(*item) for item in texts.items())
+        self._words.object = "<h1>Repeat it without the page</h1>" + "".join(parts)
 
     def _handle_selection(self, event: Any) -> None:
         self._working.name(f"Save {event.new.partition(' ')[0]}")
