@@ -41,11 +41,16 @@ from roughcontact.request.request import Request
 _DIGITS = 7
 
 
-class Answer:
-    """Views of a result, gray as soon as other requests are made."""
+_ANALYSIS_HINT = "Set the options, then press Start: numbers, figures and command appear here."
+_COMPARISON_HINT = "Compare solves both: their numbers side by side and a figure appear here."
 
-    def __init__(self) -> None:
-        self.root = pn.Column(**style.HIGH)
+
+class Answer:
+    """Views of a result, gray as soon as other requests are made; before, how to get one."""
+
+    def __init__(self, hint: str) -> None:
+        markup = f'<p class="quiet">{escape_markup(hint)}</p>'
+        self.root = pn.Column(pn.pane.HTML(markup, **style.WIDE), **style.HIGH)
         self._key: object = None
 
     def show_parts(self, parts: Sequence[Any], key: object = None) -> None:
@@ -56,7 +61,7 @@ class Answer:
 
     def compare_key(self, key: object) -> None:
         """Gray the views if the key of the present requests is another one."""
-        self.root.styles = style.NEW if key == self._key else style.OLD
+        self.root.styles = style.OLD if self._key not in (None, key) else style.NEW
 
 
 def request_key(requests: Iterable[Request]) -> object:
@@ -81,7 +86,7 @@ class AnalysisPanel(TabPanel):
             question.name: AnalysisForm(task, question, self.refresh)
             for task, question in (analysis_jobs.JOINTS if is_joint else analysis_jobs.ANALYSES)
         }
-        self._answers = {name: Answer() for name in self._forms}
+        self._answers = {name: Answer(_ANALYSIS_HINT) for name in self._forms}
         names = list(self._forms)
         self._choice = pn.widgets.RadioBoxGroup(
             label="Question", options=names, value=names[0], **style.CONTROL
@@ -150,8 +155,7 @@ class AnalysisPanel(TabPanel):
         if self._formulas.visible:
             rows = [] if contact is None else quantities.rows_of(formulas.BY_FORMULA, contact)
             text = markup_table((row.title, row.text) for row in rows)
-            none = '<p class="quiet">No estimate: the formulas apply to flat contact only.</p>'
-            self._formulas.object = text if rows else none
+            self._formulas.object = f"<h2>Estimate by formula</h2>{text}" if rows else ""
         if self._forms[name].is_command:
             self._answers[name].show_parts([self._show_command(name)])
         else:
@@ -245,7 +249,7 @@ class ComparePanel(TabPanel):
         self._unpin = make_button("Remove A", lambda: do(session.unpin))
         self._differences = pn.pane.HTML("", **style.WIDE)
         self._working = JobButton(visit.workers, run, "Compare", self._prepare, session)
-        self._answer = Answer()
+        self._answer = Answer(_COMPARISON_HINT)
         self.root = pn.Column(
             pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
             self._differences,
@@ -258,6 +262,7 @@ class ComparePanel(TabPanel):
         states, is_first = self._states(), self._session.state.is_first
         self._answer.compare_key(request_key(state.request() for state in states))
         self._swap.disabled = self._unpin.disabled = not states
+        self._working.root.visible = bool(states)
         if not states:
             self._differences.object = (
                 "<p>Keep this state as A, then change the load, a body or the map: that is B.</p>"
