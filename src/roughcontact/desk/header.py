@@ -152,35 +152,33 @@ class LoadPanel:
         self._silent = False
         self._shown = ""
         self._scale: tuple[LoadForm, tuple[float, float]] | None = None
+        unlabeled = {**style.BLOCK, "stylesheets": [style.TEXT, style.CSS["UNLABELED"]]}
         self.form = pn.widgets.Select(
             label="Load given as",
             options={form.name: form for form in FORMS},
             value=self._form,
-            **{**style.CONTROL, "sizing_mode": None},
-            width=138,
+            **unlabeled,
         )
-        self.text = pn.widgets.TextInput(
-            label="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=96
-        )
+        self.text = pn.widgets.TextInput(label="Value with unit", **unlabeled)
         self.slider = Slider(
             words="Drag the load (logarithmic), or press arrow keys",
             end=STEPS,
             value=-1,
             sizing_mode="stretch_width",
+            align="center",
             margin=(0, 12),
-            min_width=150,
         )
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self.form.param.watch(self._reform, "value")
         self.text.param.watch(self._typed, "value")
         self.slider.param.watch(self._slid, "moved")
-        row = pn.Row(self.form, self.text, self.slider, **style.BLOCK, styles={"gap": "8px"})
+        fields = pn.Column(self.form, self.text, width=150, margin=0)
         self.root = pn.Column(
-            row,
+            pn.Row(fields, self.slider, sizing_mode="stretch_width", margin=0),
             self._wrong,
             css_classes=["step-load"],
             sizing_mode="stretch_width",
-            styles={"flex": "1 1 400px", "min-width": "400px"},
+            styles={"flex": "1 1 320px", "min-width": "320px"},
             margin=0,
         )
 
@@ -335,33 +333,37 @@ class Header:
 
     def __init__(self, load: Any, give: Give, seek: Callable[[str], None]) -> None:
         self._give = give
-        self.numbers = pn.pane.HTML("", margin=0, stylesheets=[style.TEXT, style.CSS["NUMBERS"]])
+        sheets = [style.TEXT, style.CSS["NUMBERS"]]
+        self.numbers = pn.pane.HTML("", margin=0, align="center", stylesheets=sheets)
         self._checks = {
             name: make_button("", partial(seek, place)) for name, (_, place) in _CHECKS.items()
         }
-        self.checklist = pn.Row(*self._checks.values(), margin=0, visible=False)
-        self.state = pn.pane.HTML("", margin=(2, 0), stylesheets=[style.TEXT, style.CSS["CHIP"]])
+        self.checklist = pn.Row(*self._checks.values(), margin=0, visible=False, align="center")
+        sheets = [style.TEXT, style.CSS["CHIP"]]
+        self.state = pn.pane.HTML("", width=150, margin=(2, 0), stylesheets=sheets)
         self.count = make_button("", partial(self._open, "Cautions"), margin=0, visible=False)
         self._cautions: Sequence[caution_types.Caution] = ()
         self._topic = ""
         self.drawer = pn.Column(
             visible=False, stylesheets=[style.TEXT, style.CSS["DRAWER"]], margin=0
         )
-        status = pn.Column(self.state, self.count, width=180, margin=0, styles={"flex": "none"})
+        status = pn.Column(
+            self.state, self.count, width=150, margin=0, align="center", styles={"flex": "none"}
+        )
         self.root = pn.Row(
             load,
             self.numbers,
             self.checklist,
             status,
             sizing_mode="stretch_width",
-            min_height=76,
             margin=0,
             stylesheets=[style.CSS["BAR"]],
         )
 
     def show_state(self, text: str, kind: str = "quiet") -> None:
         """Show the state as text: solving, up to date, out of date."""
-        self.state.object = f'<span role="status" class="chip {kind}">{escape_markup(text)}</span>'
+        text = escape_markup(text)
+        self.state.object = f'<span role="status" class="chip {kind}" title="{text}">{text}</span>'
 
     def show_numbers(self, text: str, cautions: Iterable[caution_types.Caution]) -> None:
         """Show the key quantities of a contact and the number of its cautions."""
