@@ -57,12 +57,15 @@ def text_of(pane: Any) -> str:
 
 @pytest.mark.long
 def test_page_lists_missing_inputs_and_then_shows_contact(page: Page, tmp_path: Path) -> None:
-    assert missing_inputs(page) == ["Map", "Material", "Extent", "Load"]
+    assert missing_inputs(page) == ["1 Map", "2 Material", "3 Extent", "4 Load"]
+    assert "Next: open a map" in text_of(page._header.state)
     page._run_action(lambda: page.session.open_map(map_file(tmp_path), "<b>mine</b>.npz"))
     solve_and_show(page)
-    assert missing_inputs(page) == ["Material", "Extent", "Load"]
+    assert missing_inputs(page) == ["2 Material", "3 Extent", "4 Load"]
+    assert "Next: choose a material" in text_of(page._header.state)
+    assert page._map_panel.step.root.collapsed
     page._give_option("material", "100Cr6")
-    assert missing_inputs(page) == ["Extent", "Load"]
+    assert missing_inputs(page) == ["3 Extent", "4 Load"]
     page._run_action(lambda: give_all(page.session, dict(GIVEN)))
     solve_and_show(page)
     assert "converged" in results_of(page)

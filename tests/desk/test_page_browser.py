@@ -655,7 +655,8 @@ def test_checklist_leads_to_missing_inputs(seat: Seat) -> None:
     page = seat.page
     page.get_by_role("button", name="Polished, isotropic", exact=True).click()
     page.get_by_role("button", name="✓ Map", exact=True).wait_for()
-    for check, control in (("Material", "Material"), ("Extent", None), ("Load", "Load given as")):
+    steps = ("2 Material", "Material"), ("3 Extent", None), ("4 Load", "Load given as")
+    for check, control in steps:
         page.get_by_role("button", name=check, exact=True).click()
         field = (
             page.get_by_role("radio").first

@@ -274,7 +274,7 @@ class LoadPanel:
 _KEYS = ("load", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap", "approach")
 
 _CHECKS: dict[str, list[str]] = PAGE["checks"]
-"""Required inputs of a contact by option: label, and step where the input is entered."""
+"""Required inputs of a contact by option: label, step where it is entered, and what to do."""
 
 
 def key_numbers(result: rc.ContactResult, form: LoadForm = FORCE) -> str:
@@ -336,14 +336,14 @@ class Header:
         sheets = [style.TEXT, style.CSS["NUMBERS"]]
         self.numbers = pn.pane.HTML("", margin=0, align="center", stylesheets=sheets)
         self._checks = {
-            name: make_button("", partial(seek, place)) for name, (_, place) in _CHECKS.items()
+            name: make_button("", partial(seek, place)) for name, (_, place, _) in _CHECKS.items()
         }
         self.checklist = pn.Row(*self._checks.values(), margin=0, visible=False, align="center")
         sheets = [style.TEXT, style.CSS["CHIP"]]
         self.state = pn.pane.HTML("", width=150, margin=(2, 0), stylesheets=sheets)
         self.count = make_button("", partial(self._open, "Cautions"), margin=0, visible=False)
         self._cautions: Sequence[caution_types.Caution] = ()
-        self._topic = ""
+        self._topic = self.next_step = ""
         self.drawer = pn.Column(
             visible=False, stylesheets=[style.TEXT, style.CSS["DRAWER"]], margin=0
         )
@@ -376,12 +376,14 @@ class Header:
         self.numbers.visible, self.checklist.visible = False, True
         self.numbers.object = ""
         self.show_cautions(())
-        first = next((name for name in _CHECKS if name in lacking), None)
+        first = next((name for name in _CHECKS if name in lacking), "")
+        shown = [name for name in _CHECKS if name != "missing" or name in lacking]
         for name, check in self._checks.items():
-            title = _CHECKS[name][0]
-            check.visible = name != "missing" or name in lacking
-            check.label = title if name in lacking else f"✓ {title}"
+            check.visible = name in shown
+            mark = shown.index(name) + 1 if name in lacking else "✓"
+            check.label = f"{mark} {_CHECKS[name][0]}"
             check.color = "primary" if name == first else "default"
+        self.next_step = f"Next: {_CHECKS[first][2]}" if first else "No contact"
 
     def show_cautions(self, cautions: Iterable[caution_types.Caution]) -> None:
         """Show the number of cautions by severity; an open drawer lists the cautions."""

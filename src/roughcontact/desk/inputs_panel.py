@@ -298,14 +298,20 @@ class MapPanel:
         """Return the start view, shown until there is a map."""
         examples = (make_button(name, partial(self._demonstrate, name)) for name in EXAMPLES)
         about = (
-            "<h1>Open a height map</h1><p>A file of a profilometer, an AFM or a stylus. It stays "
-            "on this computer.</p>"
+            "<h1>1. Open a height map</h1><p>A file of a profilometer, an AFM or a stylus. "
+            "It stays on this computer.</p>"
+        )
+        then = (
+            "<h1>2. Choose the material and the extent of the bodies on the left</h1>"
+            "<h1>3. Give the load above</h1><p>The contact is then solved at once, and again after "
+            "each change.</p>"
         )
         return pn.Column(
             pn.pane.HTML(about, **style.SHEET),
             _make_file_drop("Drop the file, or choose it", self.take_map, margin=(8, 0, 16, 0)),
             pn.pane.HTML("<h2>Examples</h2>", **style.SHEET),
-            pn.Row(*examples),
+            pn.Row(*examples, margin=(0, 0, 24, 0)),
+            pn.pane.HTML(then, **style.SHEET),
             max_width=620,
             sizing_mode="stretch_width",
             margin=(40, 16),

@@ -333,11 +333,14 @@ class Page:
         self._preparation.refresh()
         self._load.refresh()
         failed, missing = session.failure is not None, session.state.missing
+        if missing and not failed:
+            self._show_missing()
+            # The first map: its step makes room for the next ones.
+            if self.view.maps.surface is None:
+                self._map_panel.step.root.collapsed = True
         if failed or missing:
             self.view.show_contact(what.surfaces[0], None, session.state.line, "")
             self._update_state(True)
-        if missing and not failed:
-            self._show_missing()
         self._views.refresh()
 
     def _fold_steps(self) -> None:
@@ -363,7 +366,7 @@ class Page:
         elif session.outcome is not None:
             self._header.show_state("Up to date", "good")
         else:
-            self._header.show_state("No contact so far")
+            self._header.show_state(self._header.next_step)
 
     def _show_running(self, text: str) -> None:
         """Show the running job."""
@@ -396,9 +399,9 @@ class Page:
         nothing = "file" in session.state.missing
         if nothing:
             self.view.clear()
-        self._update_state(nothing)
         if session.state.missing:
             self._show_missing()
+        self._update_state(nothing)
 
     # Imported on first use, to load the first page faster.
 
