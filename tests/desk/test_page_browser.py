@@ -577,6 +577,15 @@ def test_keys_and_clicks_enlarge_a_map_and_open_the_drawers(seat: Seat) -> None:
     page.wait_for_function(large, arg="Contact")
     page.keyboard.press("?")
     page.get_by_text("enlarge heights, pressure").wait_for()
+    # The drawer begins where the header ends, and the slider is long.
+    head = page.locator("button.card-header").first.bounding_box()
+    drawer = page.get_by_role("heading", name="Keys").bounding_box()
+    slider = page.get_by_role("slider").bounding_box()
+    assert head is not None
+    assert drawer is not None
+    assert slider is not None
+    assert 0 <= drawer["y"] - head["y"] < 40
+    assert slider["width"] > 220
     page.keyboard.press("Escape")
     page.get_by_text("enlarge heights, pressure").wait_for(state="hidden")
     seat.type("Value with unit", "20 MPa")

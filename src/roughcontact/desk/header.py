@@ -420,9 +420,9 @@ class Header:
 
     def _fill(self) -> None:
         head = pn.Row(
-            pn.pane.HTML(f"<h2>{self._topic}</h2>", sizing_mode="stretch_width", **style.SHEETS),
+            pn.pane.HTML(f"<h2>{self._topic}</h2>", sizing_mode="stretch_width", **style.SHEET),
             make_button("Close", self.close, margin=0),
-            sizing_mode="stretch_width",
+            **style.BLOCK,
         )
         if self._topic == "Keys":
             text = markup_table(PAGE["keys"].items())

@@ -435,10 +435,11 @@ class Page:
         below = pn.Row(
             left,
             pn.Column(self._views.body, stylesheets=[column], **both),
-            styles={"min-height": "0", "overflow": "hidden"},
+            self._header.drawer,
+            styles={"min-height": "0", "overflow": "hidden", "position": "relative"},
             **both,
         )
-        parts = first, self._header.root, self._notice, below, self._header.drawer, self._window
+        parts = first, self._header.root, self._notice, below, self._window
         return pn.Column(*parts, stylesheets=[style.CSS["PAGE"]], **both)
 
 
