@@ -255,17 +255,18 @@ def test_views_are_built_with_map(tmp_path: Path) -> None:
     assert sight.maps.sources[HEIGHTS].data["x"]
 
 
-def test_large_map_takes_more_than_half_of_the_window() -> None:
+def test_large_map_takes_half_of_the_window_and_leaves_room_for_the_section() -> None:
     surface = rc.Surface(1e-7 * np.random.default_rng(1).standard_normal((32, 32)), (1e-6, 1e-6))
     result = rc.solve(surface, load=1e-3, material="100Cr6")
     view = ContactView(lambda line: None, lambda rows, columns: None, lambda done: done())
-    for width, height, share in ((1024, 768, 0.5), (1280, 800, 0.55), (1440, 900, 0.55)):
+    sizes = (1024, 768, 0.5, 0), (1280, 800, 0.55, 0), (1440, 900, 0.48, 100), (1920, 1080, 0.45, 0)
+    for width, height, share, room in sizes:
         view.fit(width, height)
         view.show_contact(surface, result, None)
         plot = view.maps.plot
         # Axes, title and color bar belong to the map.
         assert plot.frame_width + 113 >= share * width
-        assert plot.frame_height + 65 + 136 <= height
+        assert plot.frame_height + 65 + 136 + room <= height
         assert plot.frame_width == plot.frame_height
 
 

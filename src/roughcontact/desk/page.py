@@ -465,8 +465,9 @@ def make_page(visit: PageVisit) -> Any:
     return Page(visit).root
 
 
-# Height of the section and width of the readout [dots], share of the large map of the window.
-_SECTION, _READOUT, _SHARE = 290, 116, 0.56
+# Height of the section, width of the readout, smallest width of the large map [dots], and its
+# smallest share of the window.
+_SECTION, _READOUT, _MAP, _SHARE = 290, 122, 720, 0.46
 
 
 class ContactView:
@@ -502,7 +503,11 @@ class ContactView:
     @cached_property
     def _figures(self) -> Any:
         return pn.Column(
-            self._keep, self.maps.root, self.detail.below, margin=0, stylesheets=[style.TALL]
+            self._keep,
+            self.maps.root,
+            margin=0,
+            styles={"grid-row": "span 2"},
+            stylesheets=[style.TALL],
         )
 
     @cached_property
@@ -512,8 +517,7 @@ class ContactView:
             self.detail.tabs, sizing_mode="stretch_width", margin=0, stylesheets=[style.CSS["RAIL"]]
         )
         return pn.Row(
-            self._figures,
-            rail,
+            *(self._figures, self.detail.below, rail),
             sizing_mode="stretch_width",
             margin=0,
             stylesheets=[style.CSS["CONTACT"]],
@@ -548,9 +552,10 @@ class ContactView:
             wide = width >= style.NARROW
             rail = min(0.27 * width, 460) if wide else 0
             main = self._figures.width = int(width - style.LEFT - rail - 64)
-            # The section is in view unless the map would be less than a half of the window.
+            # Below the map, the section is in view unless the map would be too small.
             available = height - (140 if width >= style.WRAPPED else 204)
-            wanted = min(max(available - _SECTION, _SHARE * width - 54), available)
+            smallest = max(_SHARE * width, _MAP) - 54
+            wanted = available if wide else min(max(available - _SECTION, smallest), available)
             readout = _READOUT if width >= style.WRAPPED else 0
             self.maps.fit(main - readout, int(max(wanted, 380)))
 
