@@ -276,7 +276,7 @@ class MapPanel:
         self._demonstration = pn.widgets.Select(
             label="Or a demonstration map", options=["", *EXAMPLES], **style.CONTROL
         )
-        self._demonstration.param.watch(self._demonstrated, "value")
+        self._demonstration.param.watch(lambda event: self._demonstrate(event.new), "value")
         self._group = ControlGroup(session, give)
         self._channels: Sequence[str] = ()
         self._wanted = OptionsForm(generation.COMMAND, PAGE["generate"]["first"])
@@ -345,7 +345,8 @@ class MapPanel:
             "Drop the map of the counter-body",
             lambda text: self._take_file(text, self._session.open_counter_map),
         )
-        return [drop, make_button("Remove counter-map", self._unfaced)]
+        remove = partial(self._session.open_counter_map, None)
+        return [drop, make_button("Remove counter-map", partial(self._run_action, remove))]
 
     def _about_generated(self) -> list[Any]:
         created = self._wanted.make_controls(PAGE["generate"]["options"])
@@ -354,7 +355,8 @@ class MapPanel:
     def _about_smooth(self) -> list[Any]:
         words = '<p class="quiet">Its form is set under Bodies.</p>'
         nominal = self._nominal.roots("points", "size")
-        return [pn.pane.HTML(words, **style.SHEET), *nominal, make_button("Use no map", self._bare)]
+        use = partial(self._run_action, partial(self._session.open_map, None))
+        return [pn.pane.HTML(words, **style.SHEET), *nominal, make_button("Use no map", use)]
 
     def refresh(self) -> None:
         """Show the state, and the properties of the map."""
@@ -420,18 +422,9 @@ class MapPanel:
             raise rc.InputError("the file was not received; upload it again")
         return path, str(text.get("name", ""))
 
-    def _unfaced(self) -> None:
-        self._run_action(lambda: self._session.open_counter_map(None))
-
-    def _bare(self) -> None:
-        self._run_action(lambda: self._session.open_map(None))
-
-    def _demonstrated(self, event: Any) -> None:
-        if event.new:
-            self._demonstrate(event.new)
-
     def _demonstrate(self, name: str) -> None:
-        self._run_action(lambda: self._generate(EXAMPLES[name], self._map_opener(f"{name}.npz")))
+        if name:
+            self._generate(EXAMPLES[name], self._map_opener(f"{name}.npz"))
 
     def _make(self) -> None:
         self._generate(dict(self._wanted.values), self._map_opener("generated.npz"))

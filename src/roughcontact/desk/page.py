@@ -35,21 +35,16 @@ _SHORT = 0.6
 
 
 class ShownResult(NamedTuple):
-    """Result with its request, and its main and its other quantities as HTML."""
+    """Result with its request, and its main and its other quantities as HTML.
+
+    A preview has no other quantities and no cautions.
+    """
 
     request: Request
     result: rc.ContactResult
     numbers: str
-    details: str
-    cautions: tuple[caution_types.Caution, ...]
-
-
-class ShownPreview(NamedTuple):
-    """Preview with its request, and its main quantities as HTML."""
-
-    request: Request
-    result: rc.ContactResult
-    numbers: str
+    details: str | None = None
+    cautions: tuple[caution_types.Caution, ...] = ()
 
 
 class Page:
@@ -60,13 +55,12 @@ class Page:
         self._document = pn.state.curdoc
         self._visit, self._work, self._bench = visit, work, bench
         self._lock = threading.Lock()
-        self._news: list[Event | ShownResult | ShownPreview] = []
+        self._news: list[Event | ShownResult] = []
         self._reader = workers.MapReader(bench)
         follow = partial(LiveSolver, reader=self._reader, turns=bench.turns)
         self.session = session = Session(work.project, self._receive_event, follow, visit.share)
         visit.listeners.append(self._adopt)
-        self._window = Frame(**style.BLOCK)
-        self._window.param.watch(self._resized, "size")
+        self._window = Frame(margin=0)
         self._window.param.watch(self._handle_shortcut, "key")
         self._window.param.watch(lambda event: self._color(event.new), "dark")
         self._map_panel = inputs_panel.MapPanel(
@@ -80,6 +74,7 @@ class Page:
         )
         self._window.param.watch(lambda event: self._map_panel.take_map(event.new), "arrived")
         self.view = ContactView(self._handle_line, self._crop, self._run, self._map_panel.start)
+        self._window.param.watch(lambda event: self.view.fit(*event.new), "size")
         self._preparation = inputs_panel.PreparationPanel(
             session, self._give_option, self._show_state
         )
@@ -190,9 +185,6 @@ class Page:
         if self._document is not None:
             self._document.theme = style.theme(dark)
 
-    def _resized(self, event: Any) -> None:
-        self.view.fit(*event.new)
-
     def _handle_shortcut(self, event: Any) -> None:
         name = str(event.new.get("name"))
         if name in ("undo", "redo"):
@@ -244,9 +236,9 @@ class Page:
 
     # Results from the solver thread.
 
-    def _receive_event(self, what: Event | ShownResult | ShownPreview) -> None:
-        known = PreparedMaps, Preview, Outcome, FailedRequest, ShownResult, ShownPreview
-        if not isinstance(what, known):
+    def _receive_event(self, event: Event) -> None:
+        what: Event | ShownResult = event
+        if isinstance(what, (rc.results.Progress, str)):
             if not self._is_slow:
                 return
             what = what if isinstance(what, str) else phrases.progress_text(what)
@@ -255,12 +247,11 @@ class Page:
             what = _shown_result(what.request, what.contact)
         elif isinstance(what, Preview):
             form = header.form_of(what.request.specified)
-            what = ShownPreview(what.request, what.contact, header.key_numbers(what.contact, form))
+            what = ShownResult(what.request, what.contact, header.key_numbers(what.contact, form))
         with self._lock:
             first = not self._news
             # Only the last event of a type is handled: an outdated map is not drawn.
-            late = (ShownResult, ShownPreview) if isinstance(what, ShownResult) else type(what)
-            self._news = [item for item in self._news if not isinstance(item, late)] + [what]
+            self._news = [item for item in self._news if not isinstance(item, type(what))] + [what]
         if first:
             self._run(self._catch_up)
 
@@ -286,12 +277,12 @@ class Page:
             for what in news:
                 self._handle_event(what)
 
-    def _handle_event(self, what: Event | ShownResult | ShownPreview) -> None:
+    def _handle_event(self, what: Event | ShownResult) -> None:
         session = self.session
         match what:
             case PreparedMaps():
                 self._show_prepared(what)
-            case ShownResult():
+            case ShownResult(details=str()):
                 is_current = session.is_wanted(what.request)
                 if not is_current and (session.state.missing or session.failure):
                     return
@@ -302,7 +293,7 @@ class Page:
                 self._views.refresh()
                 self._fold_steps()
                 self._update_state(is_current)
-            case ShownPreview():
+            case ShownResult():
                 prepared = session.prepared
                 if prepared is None or session.state.missing or session.failure:
                     return

@@ -80,7 +80,7 @@ class ReliefView(TabPanel):
 
     def _colors(self, surface: rc.Surface, result: rc.ContactResult | None) -> dict[str, Any]:
         """Return the colors of a surface by pressure, or by height without a result."""
-        view, maps = _whole(surface), self._maps
+        view, maps = rasters.whole_window(surface.shape, _DOTS), self._maps
         if result is None:
             key, values = HEIGHTS, rasters.mean_heights(surface, view, maps.mean)
         else:
@@ -98,13 +98,9 @@ class ReliefView(TabPanel):
         return f"{load}, contact {units.format_percent(result.contact_fraction)}"
 
 
-def _whole(surface: rc.Surface) -> rasters.Window:
-    return rasters.whole_window(surface.shape, _DOTS)
-
-
 def _heights(surface: rc.Surface) -> list[Any]:
     """Return the heights as JSON text and bytes for the script."""
-    view = _whole(surface)
+    view = rasters.whole_window(surface.shape, _DOTS)
     # Relative to the mean: single precision would lose digits of large heights.
     values = rasters.mean_heights(surface, view, float(np.nanmean(surface.heights)))
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
