@@ -277,11 +277,10 @@ class MapsView:
             for key, mapper in self.mappers.items()
         }
         self.plot = self._figure()
-        self._layers = {
-            key: [*self.draw_layers(self.plot, key), *filter(None, [self.bars.get(key)])]
-            for key in NAMES
-        }
+        self._layers = {key: self.draw_layers(self.plot, key) for key in NAMES}
+        drawn = len(self.plot.renderers)
         self.section, self.crop = SectionLine(self.plot), add_crop_box(self.plot)
+        self._marks = self.plot.renderers[drawn:]
         self.legend, self.readout = (style.make_markup(margin=(4, 0)) for _ in range(2))
         self.readout.update(syncable=False, text=_READOUT_HINT)
         self.show_cursor_values(self.plot)
@@ -397,9 +396,12 @@ class MapsView:
         frame = self._frame = round(tall * large), round(wide * large)
         self.plot.update(frame_height=frame[0], frame_width=frame[1])
         self.strip.side = round(side)
-        for key, layers in self._layers.items():
-            for layer in layers:
-                layer.visible = key == self.large
+        for key, bar in self.bars.items():
+            bar.visible = key == self.large
+        # The browser colors no map that it does not show.
+        shown = [*self._layers[self.large], *self._marks]
+        if self.plot.renderers != shown:
+            self.plot.renderers = shown
 
     def zoom(self, box: Box | None = None) -> None:
         """Zoom to a box [m]; by default to the whole map."""
