@@ -180,13 +180,12 @@ def _pack_covered(
     return result
 
 
-def contact_shares(part: ResultWindow) -> tuple[Values, Values, Values]:
+def contact_shares(part: ResultWindow) -> list[NDArray[Any]]:
     """Return the shares of points in contact, saturated and missing of each cell."""
-    result = part.shares
-    touching, saturated, missing = (
-        share.astype(np.float32) for share in (result.touching, result.saturated, result.missing)
-    )
-    return touching, saturated, missing
+    shares = part.shares
+    # A cell of one point is of one class: a byte is enough.
+    kind = np.uint8 if part.blocks == (1, 1) else np.float32
+    return [share.astype(kind) for share in (shares.touching, shares.saturated, shares.missing)]
 
 
 def mean_gap(part: ResultWindow) -> Values:
