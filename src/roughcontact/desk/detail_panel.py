@@ -353,7 +353,7 @@ class DetailPanel:
 
     def _draw_tab(self) -> None:
         """Fill the active panel, in a separate thread: a large map takes seconds."""
-        active = self._tabs.active
+        active = int(self._tabs.strip.active)
         shown: Any = self._surface if active == _SURFACE else self._result
         if active == _RESULTS or self._drawn.get(active) is shown:
             return

@@ -504,11 +504,8 @@ class ContactView:
     @cached_property
     def _sheet(self) -> Any:
         """Layout of the maps, their legend and the detail panels."""
-        rail = pn.Column(
-            self.detail.tabs, sizing_mode="stretch_width", margin=0, stylesheets=[style.CSS["RAIL"]]
-        )
         return pn.Row(
-            *(self._figures, self.detail.below, rail),
+            *(self._figures, self.detail.below, self.detail.tabs),
             sizing_mode="stretch_width",
             margin=0,
             stylesheets=[style.CSS["CONTACT"]],

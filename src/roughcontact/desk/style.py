@@ -161,9 +161,5 @@ class Debounced:
 
 def watch_changes(model: Any, names: Sequence[str], call: Callable[[], None]) -> None:
     """Register a function for changes of some properties of a model."""
-
-    def changed(attr: str, old: Any, new: Any) -> None:
-        call()
-
     for name in names:
-        model.on_change(name, changed)
+        model.on_change(name, lambda attr, old, new: call())

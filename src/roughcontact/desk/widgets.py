@@ -67,13 +67,8 @@ class Tabs:
         self.strip.param.watch(lambda _: self._turn(), "active")
         self._update_body()
 
-    @property
-    def active(self) -> int:
-        """Index of the active panel."""
-        return int(self.strip.active)
-
     def _update_body(self) -> None:
-        self.body[:] = [self._parts[self.active]]
+        self.body[:] = [self._parts[self.strip.active]]
 
     def _turn(self) -> None:
         self._update_body()
@@ -170,7 +165,7 @@ class TabPanels(Tabs):
 
     def refresh(self) -> None:
         """Update the visible panel."""
-        active = self.active
+        active = int(self.strip.active)
         if active == 0:
             return
         if active not in self._created:
