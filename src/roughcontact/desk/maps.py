@@ -68,7 +68,8 @@ class SectionLine:
             text_font_size="12px",
             text_font_style="bold",
             text_color=INK,
-            text_outline_color="white",
+            background_fill_color="white",
+            background_fill_alpha=0.7,
         )
         for end in self.ends:
             plot.add_layout(end)
