@@ -129,7 +129,7 @@ class Control:
         self.widget = _widget(option, choices)
         self._silent = False
         self.widget.param.watch(self._changed, "value")
-        # Only the box for a flag has no help of its own.
+        # The box for a flag has no button for help.
         texts = [note_markup(option.help)] if option.is_flag else []
         self._parts = [self.widget, *(pn.pane.HTML(text, **style.SHEET) for text in texts)]
         self.root = pn.Column(*self._parts, **style.BLOCK)
