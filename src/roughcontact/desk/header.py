@@ -159,7 +159,7 @@ class LoadPanel:
             value=self._form,
             **unlabeled,
         )
-        self.text = pn.widgets.TextInput(label="Value with unit", **unlabeled)
+        self.text = pn.widgets.TextInput(label="Value with unit", **{**unlabeled, "margin": 0})
         self.slider = Slider(
             words="Drag the load (logarithmic), or press arrow keys",
             end=STEPS,
