@@ -302,8 +302,8 @@ class MapPanel:
             "It stays on this computer.</p>"
         )
         then = (
-            "<h1>2. Choose the material and the extent of the bodies on the left</h1>"
-            "<h1>3. Give the load above</h1><p>The contact is then solved at once, and again after "
+            "<h1>2, 3. Choose the material and the extent on the left</h1>"
+            "<h1>4. Give the load above</h1><p>The contact is then solved at once, and again after "
             "each change.</p>"
         )
         return pn.Column(
