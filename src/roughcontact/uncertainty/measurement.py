@@ -398,7 +398,8 @@ class _ContactDraws:
         self.map = filters.resample(measured.heights, measured.shape)
         self.estimate: Callable[[Array], Array] = partial(filters.resample, shape=measured.shape)
         if draws and measured.instrument.tip_radius:
-            self.estimate = measured.simulate({}, seed)[2]
+            invert = measured.simulate({}, seed)[2]
+            self.estimate = lambda part: invert(part)[0]
         # A periodic surface has no step between its edges: leveling caused the step.
         is_split = measured.heights is not result.surface.heights
         if is_split and not (result.boundary.periodic_axes and measured.form):
@@ -495,9 +496,10 @@ class _ContactDraws:
     def missing_correction(self) -> float:
         """Largest share of the correction that random surfaces lack for marks and edges.
 
-        Of worn surfaces, marks are valleys that a flat does not touch.
+        Of worn surfaces, marks are valleys that a flat does not touch. A tip shows the places that
+        it touches: marks and edges as well.
         """
-        if self.measured.wear:
+        if self.measured.wear or self.measured.instrument.tip_radius:
             return 0.0
         marks = min(self.measured.marks / _FULL_MARKS, 1.0)
         skewness = abs(self.measured.structure[0])

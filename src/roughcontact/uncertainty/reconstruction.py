@@ -8,13 +8,17 @@ summit of y lowers the summit.
 
 Wilson et al. 2021, arXiv:2011.04026
 
-R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. A tip is first
-inverted by erosion with its shape, which is exact where the tip touches. Elsewhere a valley is
-deeper, in proportion to the height by which a tip of twice the radius fills it. The factor is the
-regression of the error of R on ζ, so that this error does not depend on the height filled. Waves
-beyond q_r of a map, and of M(ζ), first get the power that the model predicts for their length: an
-inaccurate transfer would amplify them without limit, as well as the rims of filled points and the
-step between the edges of a leveled map.
+R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. Waves beyond q_r of a
+map, and of M(ζ), first get the power that the model predicts for their length: an inaccurate
+transfer would amplify them without limit, as well as the rims of filled points and the step between
+the edges of a leveled map.
+
+A tip dilates the surface before the map is averaged over pixels, so R undoes the average first,
+with C of the image of the tip, and erodes afterwards. Erosion is exact where the tip touched, and
+too high elsewhere: where a tip of twice the radius fills R. The error of R has there the mean and
+the standard deviation that it has on ζ, by classes of the height filled. The mean is subtracted,
+and ``ζ - R(M(ζ))`` is reduced to the standard deviation of its place on y: a valley of ζ that the
+tip did not reach does not lower a summit of y that it touched.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
@@ -312,18 +316,22 @@ class Reconstruction:
 
     def invert_image(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return a surface whose simulated map approximates an image."""
-        image = self._shaped(image, spectrum, instrument)
-        if instrument.tip_radius:
-            image = -dilated(-image, self.pixel, instrument.tip_radius)
         transfer = self._transfer(instrument)
-        power = spectrum.power_at(self.heights.shape, self.pixel)
+        if instrument.tip_radius:
+            power = self._dilated_power(instrument)
+        else:
+            power = spectrum.power_at(self.heights.shape, self.pixel)
+            image = self._shaped(image, spectrum, instrument)
         below = power * transfer**2 + self._noise(instrument)
         # The inverse of a smaller transfer amplifies its own error.
         seen = (below > 0) & (transfer > _MIN_TRANSFER)
         undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=seen)
         undo[0, 0] = 1.0
         heights = fft.irfft2(fft.rfft2(image) * undo, self.heights.shape)
-        return filters.resample(heights, self.shape)
+        heights = filters.resample(heights, self.shape)
+        if not instrument.tip_radius:
+            return heights
+        return -dilated(-heights, self.fine, instrument.tip_radius)
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
         """Return a draw of the surface, a random surface, and its simulated map.
@@ -331,7 +339,8 @@ class Reconstruction:
         A worn surface has other heights than random ones: the map is that of the draw.
         """
         twin, image, estimate = self.simulate(deviations, seed)
-        drawn, rest = estimate(self.heights), twin - estimate(image)
+        (drawn, spread), (known, own) = estimate(self.heights), estimate(image)
+        rest = (twin - known) * np.minimum(spread / np.maximum(own, 1e-300), 1.0)
         if self.wear is None:
             return drawn + rest, twin, image
         heights, share = self.wear
@@ -343,23 +352,34 @@ class Reconstruction:
 
     def simulate(
         self, deviations: Deviations, seed: int
-    ) -> tuple[Array, Array, Callable[[Array], Array]]:
-        """Return a random surface, its simulated map, and the function R."""
+    ) -> tuple[Array, Array, Callable[[Array], tuple[Array, Array]]]:
+        """Return a random surface, its simulated map, and R with the spread of its error."""
         instrument = self.drawn_instrument(deviations)
         spectrum = self.spectrum(instrument, deviations, seed)
         twin = self.surface(spectrum, seed)
         image = self.image(twin, instrument, np.random.default_rng([seed, 1]))
         invert = partial(self.invert_image, spectrum=spectrum, instrument=instrument)
-        if not instrument.tip_radius:
-            return twin, image, invert
-        guess, radius = invert(image), 2 * instrument.tip_radius
-        filled = self._fill(guess, radius)
-        covariance = np.mean((filled - filled.mean()) * (guess - twin))
-        share = float(covariance / max(filled.var(), 1e-300))
+        even, radius = np.ones(self.shape), 2 * instrument.tip_radius
+        if not radius:
+            return twin, image, lambda part: (invert(part), even)
+        known = invert(image)
+        filled, error = self._fill(known, radius).ravel(), (twin - known).ravel()
+        parts = np.array_split(filled.argsort(), _CLASSES)
+        height, mean, spread = (
+            np.array([function(values[part]) for part in parts])
+            for values, function in ((filled, np.mean), (error, np.mean), (error, np.std))
+        )
 
-        def deepen(part: Array) -> Array:
+        # Rounding fills no valley.
+        deepest = height[-1] + 1e-9 * known.std()
+
+        def deepen(part: Array) -> tuple[Array, Array]:
             known = invert(part)
-            return np.asarray(known - share * self._fill(known, radius))
+            filled = self._fill(known, radius)
+            # The error begins as the square of the height filled, and continues so.
+            deeper = np.maximum(filled / deepest, 1.0) ** 2
+            lower = np.interp(filled, height, mean - mean[0]) * deeper
+            return known + lower, np.interp(filled, height, spread) * deeper
 
         return twin, image, deepen
 
@@ -453,6 +473,14 @@ class Reconstruction:
             np.interp(np.log(q[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
         )
         return fft.irfft2(fft.rfft2(image) * factor, image.shape)
+
+    def _dilated_power(self, instrument: Instrument) -> Array:
+        """Return the power of the waves of the image of a tip, before the average over a pixel."""
+        clean = (self.power - self._noise(instrument)) / self._power_transfer(instrument)
+        q = self._wave_numbers
+        place, power = _bin_power(q, clean, float(q.max()))
+        mean = np.interp(np.log(np.maximum(q, 1e-300)), place, np.maximum(power, 0.0))
+        return np.asarray(mean * self.lay.ratio_at(*_waves(self.heights.shape, self.pixel)))
 
     def _noise(self, instrument: Instrument) -> float:
         """Return the noise in the power of one wave [m²]."""
