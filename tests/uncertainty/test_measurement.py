@@ -128,6 +128,16 @@ def plateau_slope(surface: rc.Surface) -> float:
     return float(np.sqrt(np.square(slopes).sum(axis=0)[top].mean()))
 
 
+def test_deep_grooves_are_solved_under_a_tip_alone() -> None:
+    # A tip shows the plateaus between them; waves of a microscope are too skewed.
+    case = interval_coverage.draw_case(5034, "tip")
+    known = measurement._measured(case.map, case.stated, case.shortest_wave)
+    assert known.structure[0] < -2
+    measurement._require_random(known)
+    with pytest.raises(InputError, match="skewed heights"):
+        measurement._require_random(replace(known, instrument=Instrument(resolution=1e-9)))
+
+
 @pytest.mark.parametrize("stated", [0.7, 1.0, 1.4])
 def test_a_wrong_resolution_does_not_raise_the_slope_without_limit(stated: float) -> None:
     surface, tool = rough(256, hurst=0.7), Instrument(resolution=8 * UM)

@@ -363,8 +363,9 @@ def _require_unsmoothed(surface: Surface, tool: Instrument, wave: float | None) 
 def _require_random(measured: Reconstruction) -> None:
     """Raise `InputError` for a map with structures that random surfaces do not have."""
     skewness, kurtosis = measured.structure
-    # Wear skews heights as well, and its draws have the heights of the map.
-    if not (measured.wear or _MIN_SKEWNESS <= skewness) or skewness > _MAX_SKEWNESS:
+    # Wear skews heights as well; its draws have the heights of the map, as those under a tip.
+    has_heights = measured.wear or measured.instrument.tip_radius
+    if not (has_heights or _MIN_SKEWNESS <= skewness) or skewness > _MAX_SKEWNESS:
         raise InputError(
             f"has skewed heights (Ssk {skewness:.2g}), as structured surfaces have: its waves "
             "below the resolution are not random; measure finer, and omit ",
