@@ -24,8 +24,9 @@ derivative with respect to load and ceiling and n the power of a pressure in Q.
 
 Marks and edges: waves of draws have random phases, and those of the marks of a tool and of the
 edges of craters have not. The correction is low by 0 to 60 % for surfaces with marks
-(`Reconstruction.marks`), and by 0 to 40 % for skewed heights. The change of the mean gap due to
-valleys that a tip does not reach may be twice that of random surfaces.
+(`Reconstruction.marks`), and by 0 to 40 % for skewed heights; not under a tip, which touches marks
+and edges. The change of the mean gap due to valleys that it does not reach may be twice that of
+random surfaces.
 
 Model: the removed form and the ceiling are choices. Their errors, added in squares, are the change
 by the next form, and that by plasticity of the volume (`intervals.volume_plasticity`). The latter
@@ -383,7 +384,8 @@ def _require_random(measured: Reconstruction) -> None:
 # Range of the skewness of the heights, and maximum kurtosis of the shortest waves. Intervals
 # covered three measured maps with up to -0.6 and 7, but neither tracks of a disc (1.3 and 4) nor a
 # face with particles (-0.5 and 96); they covered a map with a pit (-0.2 and 51), which is rejected
-# as well.
+# as well. Without the limits, they held 9 of 13 values of the disc, 11 of 40 of maps with a
+# kurtosis of 17 to 22, and 39 of 40 of maps with 10.6 to 11.7.
 _MIN_SKEWNESS, _MAX_SKEWNESS, _PEAKED = -2.0, 1.0, 10.0
 
 
