@@ -82,6 +82,9 @@ ALLOWED_PRODUCTS = {
         "subtract_terms": "eigenvalues that are compared with a bound only",
     },
     "surface.resolution": {"_exponent": "bins of a spectrum"},
+    "surface.spectrum": dict.fromkeys(
+        ("lay_direction", "_likeliest_wave"), "costs of directions, of which the smallest is taken"
+    ),
     "elastoplastic.plastic_flow": {"plastic_volume": "layers"},
     "elastoplastic.volume_result": {"plastic_volume": "layers"},
 }

@@ -309,7 +309,8 @@ def shift_to_balance(
     result, shift = _balance(values, limit, rows, rest)
     limits = np.broadcast_to(limit, values.shape)
     if result is None and limits.sum() - rest[0] < _NEARLY_FULL * rest[0]:
-        lack, opposite = _balance(limits - values, limit, rows, rows @ limits - rest)
+        missing = np.array([dot(row, limits) for row in rows]) - rest
+        lack, opposite = _balance(limits - values, limit, rows, missing)
         if lack is not None:
             return limits - lack, -opposite
     return result, shift
