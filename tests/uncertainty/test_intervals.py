@@ -285,6 +285,17 @@ def test_a_body_that_hardens_has_its_calibrated_area_in_the_interval():
     assert value.low <= other.contact_fraction <= value.high
 
 
+def test_interval_of_merging_spots_uses_solved_change():
+    rough = rc.Surface(*rc.reference_map(64))
+    result = rc.solve(rough, material=STEEL, load="0.5 GPa", boundary="periodic")
+    solved = result.calibrated.contact_area / result.contact_area - 1
+    advice = plausibility.recommended_ceiling_of(result)
+    assert abs(solved - plausibility.calibrated_area_change(result, advice)) > 0.03
+    error = plausibility.shown_error(result) + _ONE_SPHERE
+    doubt = causes(interval(result))[Cause.YIELDING]
+    assert doubt.high == pytest.approx(solved + error * (1 + solved))
+
+
 def test_large_changes_multiply_instead_of_adding():
     # Of a map of noise: the rim takes a third, twice the pixel to the pixel nine tenths.
     result = Interval(

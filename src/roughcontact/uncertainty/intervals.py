@@ -13,7 +13,8 @@ punch). Shorter waves: contact area and largest pressure of an elastic map that 
 its pixel (a change of 5 % or more from twice its pixel to its pixel) have no limit either; the
 size of this error is unknown. Yielding: `ceiling.area_change`, plus or minus the error of the
 calibrated ceiling on contacts of this type; known only for the contact area, no cause below first
-yield or without a known strength. Tolerance: the certificate.
+yield or without a known strength; the solved change where both ceilings are solved. Tolerance: the
+certificate.
 """
 
 from __future__ import annotations
@@ -302,7 +303,11 @@ def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
     error = math.nan if advice is None else plausibility.shown_error(result) + _ONE_SPHERE
     if advice is None or math.isnan(error):
         return ErrorSource(Cause.YIELDING, *_area_bounds(result))
-    change = plausibility.calibrated_area_change(result, advice)
+    if other is not None and result.calibration is None:
+        # The rule of separate spheres overstates the change of spots that merge.
+        change = other.contact_area / result.contact_area - 1
+    else:
+        change = plausibility.calibrated_area_change(result, advice)
     return ErrorSource(Cause.YIELDING, *_change_bounds(change, error * (1 + change)))
 
 
