@@ -318,11 +318,12 @@ def _shape(pixel: tuple[float, float], axis: int) -> float:
 
 def _widest_pixels(cube: Array, label: NDArray[np.int32]) -> list[tuple[int, int]]:
     """Return the widest pixel of each part."""
-    from scipy import ndimage
-
-    parts = np.unique(label[label > 0])
-    places = np.asarray(ndimage.maximum_position(cube, label, parts), dtype=np.int64)
-    return [(y, x) for y, x in places.tolist()]
+    widest = np.zeros(int(label.max()) + 1)
+    np.maximum.at(widest, label, cube)
+    places = np.flatnonzero((label > 0) & (cube == widest[label]))
+    _, first = np.unique(label.ravel()[places], return_index=True)
+    rows, columns = np.unravel_index(places[first], label.shape)
+    return list(zip(rows.tolist(), columns.tolist(), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
