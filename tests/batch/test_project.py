@@ -504,8 +504,7 @@ def test_a_byte_order_mark_is_no_part_of_a_project(folder: Path) -> None:
     ("old", "new"),
     [
         ('name = "two"', f'name = "{300 * "x"}"'),
-        # 250 and .json would do, 250 and .pieces would not.
-        ('name = "two"', f'name = "{250 * "x"}"'),
+        ('name = "two"', f'name = "{251 * "x"}"'),
         ('folder = "results"', f'folder = "{300 * "y"}"'),
         ('folder = "results"', f'folder = "{"/".join(30 * [200 * "y"])}"'),
     ],

@@ -139,7 +139,7 @@ def test_each_subtask_reads_one_map(tmp_path: Path) -> None:
     assert names == [["r0.npy"], ["r1.npy"], ["r2.npy"], ["s0.npy"], ["s1.npy"], []]
 
 
-def test_failed_subtask_fails_contact_once_and_others_are_saved(tmp_path: Path) -> None:
+def test_failed_subtask_fails_contact_once(tmp_path: Path) -> None:
     more = '\n[[contact]]\nname = "two"\nfile = "r2.npy"\nload = "1 N"\n'
     text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"') + more
     path = write_subtask_project(tmp_path / "here", text)
@@ -156,7 +156,7 @@ def test_failed_subtask_fails_contact_once_and_others_are_saved(tmp_path: Path) 
         path.with_name(f"kept-{name}").rename(path.with_name(name))
     reports, tasks, _ = run(path)
     assert [report.state for report in reports] == [plan.SOLVED, plan.KEPT]
-    assert [task.piece for task in tasks] == ["0", "2", ""]
+    assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""]
 
 
 def test_map_changed_during_run_is_excluded(tmp_path: Path) -> None:
@@ -184,96 +184,6 @@ def test_map_changed_during_run_is_excluded(tmp_path: Path) -> None:
     assert found == bits(path.parent)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("problem", PROBLEMS)
-def test_saved_subtasks_are_not_solved_again(
-    problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    text, count = PROBLEMS[problem]
-    path = write_subtask_project(tmp_path / "here", text, 64)
-    summary, csv = (path.parent / "results" / name for name in ("one.json", "one.csv"))
-    with monkeypatch.context() as patch:
-        patch.setattr(plan, "remove_pieces", lambda entry, but: None)
-        assert [report.state for report in run(path)[0]] == [plan.SOLVED]
-    (entry,) = project.read_project(path)
-    words = entry.request.subtask_ids()
-    place = summary.with_suffix(".pieces")
-    files = {word: place / f"{plan.request_digest(entry, piece=word)}.json" for word in words}
-    assert sorted(place.iterdir()) == sorted(files.values())
-    kept = {word: file.read_bytes() for word, file in files.items()}
-    before = items_of_file(summary), items_of_file(csv)
-    # Of none of them, of one, and of all.
-    for lost in ((), words[1:2], words):
-        place.mkdir(exist_ok=True)
-        for word, file in files.items():
-            file.write_bytes(kept[word][: -1 if word in lost else None])
-        (place / "old.json").touch()
-        summary.unlink()
-        reports, tasks, said = run(path)
-        assert [report.state for report in reports] == [plan.SOLVED]
-        assert [task.piece for task in tasks] == [*lost, ""]
-        assert (f"{count - len(lost)} of {count} subtasks of one from an earlier run" in said) == (
-            lost != words
-        )
-        assert (items_of_file(summary), items_of_file(csv)) == before
-        assert sorted(place.iterdir()) == sorted(files.values())
-
-
-def test_only_failed_map_is_solved_again(tmp_path: Path) -> None:
-    path = write_subtask_project(tmp_path / "here", PROBLEMS["groups"][0])
-    bad = path.with_name("s0.npy")
-    good = bad.read_bytes()
-    bad.write_bytes(good[:-1])
-    (report,), tasks, _ = run(path)
-    assert report.state == plan.FAILED
-    assert [task.piece for task in tasks] == ["0", "1", "2", "3", "4"]
-    bad.write_bytes(good)
-    (report,), tasks, said = run(path)
-    assert report.state == plan.SOLVED
-    assert [task.piece for task in tasks] == ["3", ""]
-    assert said[0] == "4 of 5 subtasks of one from an earlier run"
-
-
-def test_only_added_map_is_solved(tmp_path: Path) -> None:
-    text = PROBLEMS["groups"][0]
-    path = write_subtask_project(tmp_path / "here", text.replace('"s1.npy"', '"s1.npy", "r0.npy"'))
-    fewer = write_subtask_project(
-        tmp_path / "fewer", text.replace('"r?.npy"', '"r1.npy", "r2.npy"')
-    )
-    (report,), _, _ = run(fewer)
-    assert report.state == plan.SOLVED
-    (fewer.parent / "results").rename(path.parent / "results")
-    # The other maps, its place in the list and the name of its group do not matter.
-    (report,), tasks, said = run(path)
-    assert report.state == plan.SOLVED
-    assert [task.piece for task in tasks] == ["0", "5", ""]
-    assert said[0] == "4 of 6 subtasks of one from an earlier run"
-    other = write_subtask_project(
-        tmp_path / "whole", text.replace('"s1.npy"', '"s1.npy", "r0.npy"')
-    )
-    assert [task.piece for task in run(other)[1]] == ["0", "1", "2", "3", "4", "5", ""]
-    one, two = bits(path.parent), bits(other.parent)
-    assert one == two
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "again"),
-    [
-        ("20 MPa", "30 MPa", True),
-        ('write = ["csv"]', 'write = ["csv", "svg"]', False),
-        ("groups = {", "paired = true\ngroups = {", False),
-    ],
-)
-def test_options_that_a_map_depends_on(old: str, new: str, again: bool, tmp_path: Path) -> None:
-    text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"')
-    path = write_subtask_project(tmp_path / "here", text)
-    assert run(path)[0][0].state == plan.SOLVED
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    (report,), tasks, _ = run(path)
-    assert report.state == plan.SOLVED, report.reason
-    assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""] if again else [""]
-
-
 def test_maps_of_one_content_keep_their_names(tmp_path: Path) -> None:
     text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"')
     path = write_subtask_project(tmp_path / "here", text)
@@ -285,9 +195,10 @@ def test_maps_of_one_content_keep_their_names(tmp_path: Path) -> None:
     assert names == ["r0.npy", "r1.npy", "s0.npy", "s1.npy"]
 
 
-def test_interrupt_reports_saved_subtasks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupted_comparison_is_solved_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = write_subtask_project(tmp_path / "here", PROBLEMS["groups"][0])
-    place = path.parent / "results" / "one.pieces"
 
     def interrupt_at_second(text: str) -> None:
         if text.startswith("2 of 5"):
@@ -301,10 +212,10 @@ def test_interrupt_reports_saved_subtasks(tmp_path: Path, monkeypatch: pytest.Mo
             runner.run_project(
                 project.read_project(path), lambda report: None, engine, say=interrupt_at_second
             )
-    assert caught.value.written == [place]
+    assert caught.value.written == []
     waiting.clear()
     _, tasks, _ = run(path)
-    assert [task.piece for task in tasks] == ["2", "3", "4", ""]
+    assert [task.piece for task in tasks] == ["0", "1", "2", "3", "4", ""]
 
 
 def test_subtasks_are_shared_between_processes(

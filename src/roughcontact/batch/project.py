@@ -16,7 +16,6 @@ from roughcontact._tools import memory
 from roughcontact._tools.files import as_regular_file
 from roughcontact.analyses.solve import task as solve
 from roughcontact.analyses.tasks import PROJECT_TASKS, SHARED_TASKS
-from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry, spell_key
 from roughcontact.errors import ArgumentRef, FormatError, InputError, shorten_value
 from roughcontact.request import outputs, parsing
@@ -259,8 +258,7 @@ def _check_places(path: Path, result: list[tuple[_Contact, Entry]]) -> None:
     inputs = {outputs.file_identity(other) for other in (*read, path)}
     writers: dict[outputs.Identity, Entry] = {}
     for contact, entry in result:
-        own = entry.summary, plan.pieces_folder(entry)
-        for argument, place in (*entry.request.places, *(("output", place) for place in own)):
+        for argument, place in (*entry.request.places, ("output", entry.summary)):
             try:
                 outputs.check_name(place, argument)
                 outputs.refuse_inputs(place, argument, inputs)

@@ -131,8 +131,6 @@ class _ProjectRun:
         # Results and failure reasons of subtasks, by index of the entry and name.
         self._pieces: dict[int, dict[str, Any]] = {}
         self._failed: dict[int, dict[str, str]] = {}
-        # Digests of the subtasks of each entry, by name.
-        self._digests: dict[int, dict[str, str]] = {}
         # Time since which no worker is connected, whether it was reported, and the reason.
         self._lonely, self._warned, self._closed = math.inf, False, ""
         self._under_way: dict[Future[jobs.TaskResult], tuple[jobs.BatchTask, int]] = {}
@@ -200,17 +198,8 @@ class _ProjectRun:
         if not names:
             return [self._make_task(tuple(parts))]
         (part,) = parts
-        digests = {
-            name: plan.request_digest(part.entry, self._cached_checksum, name) for name in names
-        }
-        self._digests[part.number] = digests
-        known = self._pieces[part.number] = plan.load_subtasks(part.entry, digests)
-        if known:
-            self._tell.say(
-                f"{len(known)} of {len(names)} subtasks of {part.entry.name} from an earlier run"
-            )
-        tasks = [self._make_task((part,), piece=name) for name in names if name not in known]
-        return tasks or [self._finish_pieces(part)]
+        self._pieces[part.number] = {}
+        return [self._make_task((part,), piece=name) for name in names]
 
     def _make_task(self, parts: tuple[jobs.SubtaskRequest, ...], **more: Any) -> jobs.BatchTask:
         """Return a task with the checksums of its input files."""
@@ -256,29 +245,25 @@ class _ProjectRun:
         return self._report_parts(task, answer)
 
     def _handle_piece(self, task: jobs.BatchTask, answer: jobs.TaskResult) -> None:
-        """Save the result of a subtask; queue the whole contact after the last subtask."""
+        """Keep the result of a subtask; queue the whole contact after the last subtask."""
         (part,) = task.parts
         number, entry = part.number, self._entries[part.number]
         result, failed = self._pieces[number], self._failed.setdefault(number, {})
+        count = len(entry.request.subtask_ids())
         if answer.reports:
             failed[task.piece] = answer.reports[number].reason
         else:
             result[task.piece] = answer.result
-            plan.save_piece(entry, self._digests[number][task.piece], answer.result)
-            few = f"{len(result)} of {len(self._digests[number])}"
-            self._tell.say(f"{few} subtasks of {entry.name} done")
-        if len(result) + len(failed) < len(self._digests[number]):
+            self._tell.say(f"{len(result)} of {count} subtasks of {entry.name} done")
+        if len(result) + len(failed) < count:
             return
         if failed:
             self._record_report(
                 number, ContactReport(entry.name, FAILED, {}, _failure_reasons(failed.values()))
             )
         else:
-            self._ready.appendleft((self._finish_pieces(part), 1))
-
-    def _finish_pieces(self, part: jobs.SubtaskRequest) -> jobs.BatchTask:
-        """Return the final task of a contact, with the results of all its subtasks."""
-        return self._make_task((part,), known_results=self._pieces.pop(part.number))
+            final = self._make_task((part,), known_results=self._pieces.pop(number))
+            self._ready.appendleft((final, 1))
 
     def _report_parts(self, task: jobs.BatchTask, answer: jobs.TaskResult) -> None:
         """Report the end of each part of a contact; complete output is treated as solved."""
@@ -294,14 +279,10 @@ class _ProjectRun:
 
     def _record_report(self, number: int, report: ContactReport) -> None:
         self._reports[number] = report
-        if report.state == SOLVED:
-            # Keep subtasks: a later version of the project may compare more maps.
-            lasting = self._digests.get(number, {})
-            plan.remove_pieces(self._entries[number], lasting.values())
         self._tell.report(report)
 
     def _completed_summaries(self) -> tuple[list[Path], SavedSteps]:
-        """Return the files of complete and begun contacts, and the count of complete ones."""
+        """Return the files of complete contacts, and their count."""
         done_ = {number for number, report in self._reports.items() if report.state != FAILED}
         for task, _ in self._under_way.values():
             done_ |= {
@@ -309,11 +290,9 @@ class _ProjectRun:
                 for part in task.parts
                 if plan.find_complete(part.entry, part.digest) is not None
             }
-        places = {number: plan.pieces_folder(entry) for number, entry in enumerate(self._entries)}
-        begun = [place for number, place in places.items() if number not in done_]
         whole = [self._entries[number].summary for number in sorted(done_)]
-        saved = SavedSteps(len(whole), len(places), "contact", self._entries[0].summary.parent)
-        return whole + [place for place in begun if place.exists()], saved
+        folder = self._entries[0].summary.parent
+        return whole, SavedSteps(len(whole), len(self._entries), "contact", folder)
 
 
 # Entries of one contact, with their indices.

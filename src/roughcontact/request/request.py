@@ -332,12 +332,6 @@ class Request(OptionValues):
         file = self._pieces.file_of(self, word) if word else None
         return () if file is None else (file,)
 
-    def depends_on(self, word: str) -> tuple[str, frozenset[str]]:
-        """Return a name of the input of a subtask, and the options it does not depend on."""
-        written = {option.name for option in self.task.options if option.suffixes}
-        others = written | {option.name for option in self._pieces.shared_options}
-        return "".join(path.name for path in self.subtask_inputs(word)), frozenset(others)
-
     def solve_subtask(self, word: str, say: Say, look: Callable[[Any], None]) -> Any:
         """Return the result of a subtask, an item of ``known`` in `request.run.run_request`."""
         from roughcontact.halfspace.gpu import use_device

@@ -140,7 +140,6 @@ class Subtasks:
     names: Callable[[Any], tuple[str, ...]]  # `names(request)` returns the identifiers
     solve: Callable[..., Any]  # `solve(request, word, say, look)` returns the result of one
     file_of: Callable[[Any, str], Path | None]  # `file_of(request, word)` returns its map
-    shared_options: tuple[Option[Any], ...] = ()  # Options that no single subtask depends on
 
 
 def _numbers(outcome: Any) -> dict[str, Any]:

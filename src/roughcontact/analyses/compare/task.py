@@ -285,7 +285,7 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     last=lambda _: {},
     memory=_memory,
     maps=("files", "groups"),
-    pieces=Subtasks(part_names, find_one_map, file_of, (options.GROUP, PAIRED)),
+    pieces=Subtasks(part_names, find_one_map, file_of),
     presentations={
         "Comparison": "analyses.compare.report:ComparisonPresentation",
         "SamplingStudy": "analyses.compare.report:SamplingPresentation",
