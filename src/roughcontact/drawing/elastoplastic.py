@@ -205,7 +205,7 @@ def _draw_field(axes: Axes, field: _FieldOf, cut: _Cut, factor: float) -> Any:
         layer, pixel = cut.largest
         marker = [plane.place[pixel] * factor], [plane.depth[layer] * factor]
         for colour, line in (("#ffffff", 4.0), (style.SERIES[0], 1.8)):
-            axes.plot(*marker, "+", color=colour, markersize=9, markeredgewidth=line)
+            axes.plot(*marker, "+", color=colour, ms=9, mew=line)
     axes.set_xlim(*_limits(cut, factor))
     axes.set_ylim(cut.depth * factor, 0)
     axes.set_title(name, fontsize=style.TICK, loc="left", pad=4)
@@ -284,7 +284,7 @@ def _draw_residual(axes: Axes, result: DepthProfile, depths: Array) -> None:
     for axis, colour, line in zip("xyz", style.SERIES, ("-", "--", ":"), strict=False):
         values = residual[:, "xyz".index(axis)] * factor
         draw_steps(axes, values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
-    axes.axvline(0, color="#000000", linewidth=0.9)
+    axes.axvline(0, color="#000000", lw=0.9)
     style.name_axes(axes, f"residual stress [{unit}], tension > 0")
 
 
@@ -377,17 +377,9 @@ def path(result: ElastoplasticResult) -> Figure:
                 gaps = np.full(unloads.size, np.nan)
                 parts = np.where(unloads == kind, [x[:-1], x[1:], gaps], np.nan).T.ravel()
                 heights = np.array([y[:-1], y[1:], gaps]).T.ravel()
-                axes.plot(parts, heights, line, color=colour, linewidth=1.9, label=label)
-        axes.plot(x[1:], y[1:], "o", color=style.NEUTRAL, markersize=4)
-        axes.plot(
-            x[-1:],
-            y[-1:],
-            "o",
-            color=style.NEUTRAL,
-            markersize=9,
-            markerfacecolor="none",
-            label="end",
-        )
+                axes.plot(parts, heights, line, color=colour, lw=1.9, label=label)
+        axes.plot(x[1:], y[1:], "o", color=style.NEUTRAL, ms=4)
+        axes.plot(x[-1:], y[-1:], "o", color=style.NEUTRAL, ms=9, mfc="none", label="end")
         axes.set_xlim(0, 1.05 * float(x.max()) or 1.0)
         axes.set_ylim(min(0.0, 1.05 * float(y.min())), 1.08 * float(y.max()) or 1.0)
         style.plain_axes(axes, y=f"{name} [{shown}]")
@@ -423,18 +415,9 @@ def convergence(result: ElastoplasticResult) -> Figure:
     first = 1
     for number, step in enumerate(result.increments):
         iterations = np.arange(first, first + step.iterations)
-        axes.plot(
-            iterations,
-            step.residuals,
-            ".-",
-            color=style.SERIES[number % 2],
-            linewidth=1.4,
-            markersize=4,
-        )
+        axes.plot(iterations, step.residuals, ".-", color=style.SERIES[number % 2], lw=1.4, ms=4)
         first += step.iterations
-    axes.axhline(
-        result.tolerance, color=style.NEUTRAL, linewidth=1.2, linestyle=":", label="tolerance"
-    )
+    axes.axhline(result.tolerance, color=style.NEUTRAL, lw=1.2, ls=":", label="tolerance")
     axes.set_xlim(0, first)
     style.plain_axes(axes, "iteration, all increments together", "residual of the plastic strain")
     count = count_noun(len(result.increments), "increment")
@@ -549,8 +532,8 @@ def draw_steps(axes: Axes, values: Array, depths: Array, colour: str, line: Any,
         orientation="horizontal",
         baseline=None,
         color=colour,
-        linestyle=line,
-        linewidth=1.8,
+        ls=line,
+        lw=1.8,
         label=name,
     )
 

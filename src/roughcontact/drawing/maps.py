@@ -439,14 +439,14 @@ def spots(result: ContactResult) -> Figure:
         color="#ececec",
         label=f"fewer than {MIN_SPOT_PIXELS} pixels: size set by the grid",
     )
-    axes.plot(sizes * factor, at_least, "o-", color=style.SERIES[0], markersize=4, linewidth=1.2)
+    axes.plot(sizes * factor, at_least, "o-", color=style.SERIES[0], ms=4, lw=1.2)
     if areas.size:
         mean = float(areas.mean())
         axes.axvline(
             mean * factor,
             color=style.SERIES[1],
-            linestyle=(0, (5, 3)),
-            linewidth=1.6,
+            ls=(0, (5, 3)),
+            lw=1.6,
             label=f"mean area {style.in_unit(mean, (factor, unit), 'm²')}",
         )
     style.log_scale(axes, "x")

@@ -106,7 +106,7 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
         style.name_axes(upper, title=f"along {name}, at {other} = {where}")
         style.name_axes(lower, f"{name} [{unit}]")
         for axes in (upper, lower):
-            axes.axvline(line.peak * factor, color=style.NEUTRAL, linewidth=0.9, linestyle=":")
+            axes.axvline(line.peak * factor, color=style.NEUTRAL, lw=0.9, ls=":")
     style.shared_legend(
         figure,
         grid,
@@ -136,7 +136,7 @@ def bearing_curve(surface: Surface) -> Figure:
     scale = factor, unit = style.prefixed(float(np.abs(height).max()), "m")
     figure, axes = style.panels(7.2, 5.2)
     first, second = 100 * core["Smr1"], 100 * core["Smr2"]
-    axes.plot(100 * ratio, height * factor, color=style.SERIES[0], linewidth=2.2, zorder=3)
+    axes.plot(100 * ratio, height * factor, color=style.SERIES[0], lw=2.2, zorder=3)
     axes.fill(
         [0, 0, first],
         [upper * factor, (upper + core["Spk"]) * factor, upper * factor],
@@ -147,8 +147,8 @@ def bearing_curve(surface: Surface) -> Figure:
         [0, 100],
         [upper * factor, lower * factor],
         color=style.NEUTRAL,
-        linestyle=(0, (5, 3)),
-        linewidth=1.5,
+        ls=(0, (5, 3)),
+        lw=1.5,
         label=f"core: Sk {style.in_unit(core['Sk'], scale, 'm')}",
     )
     axes.fill(
@@ -158,7 +158,7 @@ def bearing_curve(surface: Surface) -> Figure:
         label=f"reduced dales: Svk {style.in_unit(core['Svk'], scale, 'm')}, Smr2 {second:.1f} %",
     )
     for value in (upper, lower):
-        axes.axhline(value * factor, color=style.NEUTRAL, linewidth=0.8, linestyle=":")
+        axes.axhline(value * factor, color=style.NEUTRAL, lw=0.8, ls=":")
     axes.set_xlim(0, 100)
     style.plain_axes(
         axes, "material ratio [%]", f"height above mean [{unit}]", "Material ratio curve"
@@ -279,11 +279,9 @@ def _draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) -
     place = line.place * factor
     before, under = line.before * height_factor, line.under * height_factor
     axes.fill_between(place, under, 0, where=under < 0, color="#dcebf5", label="gap left")
-    axes.plot(
-        place, before, color="#8a8a8a", linewidth=1.1, label="before loading, moved by the approach"
-    )
-    axes.axhline(0, color="#000000", linewidth=1.2, label="counter-body")
-    axes.plot(place, under, color=style.SERIES[0], linewidth=1.6, label="under load")
+    axes.plot(place, before, color="#8a8a8a", lw=1.1, label="before loading, moved by the approach")
+    axes.axhline(0, color="#000000", lw=1.2, label="counter-body")
+    axes.plot(place, under, color=style.SERIES[0], lw=1.6, label="under load")
     if line.saturated.any():
         sunk = np.where(line.saturated, np.maximum(under, 0), 0.0)
         axes.fill_between(
@@ -306,14 +304,14 @@ def _draw_pressure(
     for mask, colour in ((~line.saturated, style.ELASTIC), (line.saturated, style.SATURATED)):
         values = np.where(mask, line.pressure, 0.0) * pressure_factor
         # `stairs` would compute limits from every edge, which are known here.
-        axes.add_artist(StepPatch(values, edges, fill=True, color=colour, linewidth=0))
+        axes.add_artist(StepPatch(values, edges, fill=True, color=colour, lw=0))
     if line.ceiling is not None and (line.ceiling <= top).any():
         axes.plot(
             line.place * factor,
             np.where(line.ceiling <= top, line.ceiling, np.nan) * pressure_factor,
             color=style.NEUTRAL,
-            linestyle=(0, (5, 3)),
-            linewidth=1.3,
+            ls=(0, (5, 3)),
+            lw=1.3,
             label="ceiling",
         )
 
@@ -336,8 +334,8 @@ def draw_histogram(
             100 * counts / points / widths,
             edges * factor,
             color=style.SERIES[index % len(style.SERIES)],
-            linewidth=1.8,
-            linestyle=("-", "--", ":")[index // len(style.SERIES) % 3],
+            lw=1.8,
+            ls=("-", "--", ":")[index // len(style.SERIES) % 3],
             fill=len(results) == 1,
             label=histogram_label(result, name, values, bins.limits, (factor, unit)),
         )
@@ -345,7 +343,7 @@ def draw_histogram(
         text = f"ceiling {style.in_unit(ceiling, (factor, unit), 'Pa')}"
         if len(results) == 1 and results[0].saturated_fraction > 0:
             text = f"{_share_at_ceiling(results[0])} at the {text}"
-        axes.axvline(ceiling * factor, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+        axes.axvline(ceiling * factor, color=style.NEUTRAL, ls=(0, (5, 3)), lw=1.5)
         axes.annotate(
             text,
             (ceiling * factor, 1),
@@ -506,23 +504,17 @@ def versus_hertz(result: ContactResult) -> Figure:
     figure, axes = style.panels(7.2, 5.0)
     where = "along the axis" if line else "on the ring"
     axes.plot(
-        distance * factor,
-        largest * scale,
-        color=style.SATURATED,
-        linewidth=1.0,
-        label=f"largest {where}",
+        distance * factor, largest * scale, color=style.SATURATED, lw=1.0, label=f"largest {where}"
     )
-    axes.plot(
-        distance * factor, mean * scale, color=style.ELASTIC, linewidth=2.2, label=f"mean {where}"
-    )
+    axes.plot(distance * factor, mean * scale, color=style.ELASTIC, lw=2.2, label=f"mean {where}")
     position = np.linspace(-half if line else 0.0, half, 400)
     pressure = smooth.max_pressure * np.sqrt(np.maximum(1 - (position / half) ** 2, 0))
     axes.plot(
         position * factor,
         pressure * scale,
         color=style.NEUTRAL,
-        linewidth=1.8,
-        linestyle="--",
+        lw=1.8,
+        ls="--",
         label="Hertz, smooth",
     )
     axes.set_xlim(ends[0] * factor, ends[1] * factor)
@@ -592,7 +584,7 @@ def heights(surface: Surface) -> Figure:
     along, unit_along = style.prefixed(surface.size[1], "m")
     up, unit_up = style.prefixed(float(np.nanmax(np.abs(z))), "m")
     figure, axes = style.panels(10.6, 3.8)
-    axes.plot(x * along, z * up, color=style.SERIES[0], linewidth=0.9)
+    axes.plot(x * along, z * up, color=style.SERIES[0], lw=0.9)
     axes.set_xlim(0, surface.size[1] * along)
     style.plain_axes(axes, f"x [{unit_along}]", f"height [{unit_up}]", "Profile")
     return figure

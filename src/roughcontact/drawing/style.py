@@ -172,7 +172,7 @@ def plain_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
     """Set grid, ticks, labels and title of line plots."""
     name_axes(axes, x, y, title)
     axes.tick_params(which="both", labelsize=TICK)
-    axes.grid(True, color="#dddddd", linewidth=0.8)
+    axes.grid(True, color="#dddddd", lw=0.8)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
@@ -335,7 +335,7 @@ def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
 
 def mark_place(axes: Axes, x: float, y: float, **more: Any) -> None:
     """Mark a place by a cross."""
-    axes.plot([x], [y], "+", color=SERIES[0], markersize=11, markeredgewidth=2, **more)
+    axes.plot([x], [y], "+", color=SERIES[0], ms=11, mew=2, **more)
 
 
 def field_colours(**beyond: Any) -> Any:
@@ -359,8 +359,7 @@ def patch_legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
     from matplotlib.patches import Patch
 
     handles = [
-        Patch(facecolor=colour, edgecolor="#777777", linewidth=0.8, label=text)
-        for colour, text in entries
+        Patch(facecolor=colour, edgecolor="#777777", lw=0.8, label=text) for colour, text in entries
     ]
     sizes = {"handlelength": 1.2, "handleheight": 1.2, "columnspacing": 1.4}
     legend_below(axes, len(entries), handles=handles, **sizes)

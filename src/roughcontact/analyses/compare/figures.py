@@ -105,16 +105,14 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str, scal
         colour = style.SERIES[index % len(style.SERIES)]
         for sample in group.samples:
             own = np.array(sample.over_pressure(name))
-            axes.plot(pressures * across, own * up, color=colour, linewidth=0.7, alpha=0.6)
+            axes.plot(pressures * across, own * up, color=colour, lw=0.7, alpha=0.6)
         result = comparison.curve(index, name)
         middle = np.array([item.value for item in result])
-        axes.plot(
-            pressures * across, middle * up, color=colour, linewidth=2.2, label=group.name or None
-        )
+        axes.plot(pressures * across, middle * up, color=colour, lw=2.2, label=group.name or None)
         low, high = (np.array([getattr(item, end) for item in result]) for end in ("low", "high"))
         if np.isfinite(low).all():
             axes.fill_between(
-                pressures * across, low * up, high * up, color=colour, alpha=0.2, linewidth=0
+                pressures * across, low * up, high * up, color=colour, alpha=0.2, lw=0
             )
     style.log_scale(axes, "x")
     _plain_ticks(axes.xaxis, between=False)
@@ -130,7 +128,7 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str, sca
         pairs = [
             [sample.numbers[name] * up for sample in group.samples] for group in comparison.groups
         ]
-        axes.plot([0, 1], pairs, color=style.NEUTRAL, linewidth=0.7, alpha=0.6)
+        axes.plot([0, 1], pairs, color=style.NEUTRAL, lw=0.7, alpha=0.6)
     for index, own in enumerate(values):
         colour = style.SERIES[index % len(style.SERIES)]
         result = comparison.mean(index, name)
@@ -138,10 +136,8 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str, sca
         places = index + np.linspace(-0.14, 0.14, own.size) if own.size > 1 else np.array([index])
         if comparison.paired:
             places = np.full(own.size, index)
-        axes.plot(places, own * up, "o", color=colour, markersize=3.5, alpha=0.7)
-        axes.plot(
-            [index - 0.26, index + 0.26], [result.value * up] * 2, color=colour, linewidth=2.2
-        )
+        axes.plot(places, own * up, "o", color=colour, ms=3.5, alpha=0.7)
+        axes.plot([index - 0.26, index + 0.26], [result.value * up] * 2, color=colour, lw=2.2)
         if not math.isnan(result.low):
             axes.errorbar(
                 index + 0.3,
@@ -149,7 +145,7 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str, sca
                 (result.high - result.value) * up,
                 color=colour,
                 capsize=3,
-                linewidth=1.6,
+                lw=1.6,
             )
     _limit(axes, comparison, name, values, up)
     axes.set_xlim(-0.6, len(values) - 0.4)
@@ -210,7 +206,7 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
         colour = style.SERIES[index % len(style.SERIES)]
         parts = [study.values(divisions, item.name) for divisions in study.levels]
         halves = [statistics.prediction_half_width(values) / abs(item.value) for values in parts]
-        axes.plot(sizes * factor, np.array(halves) * 100, "o", color=colour, markersize=5)
+        axes.plot(sizes * factor, np.array(halves) * 100, "o", color=colour, ms=5)
         needed = math.sqrt(item.area)
         ends = [min(ends[0], needed), max(ends[1], needed)]
         line = np.array([min(side / math.sqrt(item.parts), needed), max(side, needed)])
@@ -218,12 +214,12 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
             line * factor,
             100 * item.relative * side / line,
             color=colour,
-            linewidth=1.6,
+            lw=1.6,
             label=title(item.name),
         )
-        axes.plot(side * factor, 100 * item.relative, "s", color=colour, markersize=7)
-    axes.axhline(100 * WANTED, color=style.NEUTRAL, linewidth=1.0, linestyle="--")
-    axes.axvline(side * factor, color=style.NEUTRAL, linewidth=1.0, linestyle=":")
+        axes.plot(side * factor, 100 * item.relative, "s", color=colour, ms=7)
+    axes.axhline(100 * WANTED, color=style.NEUTRAL, lw=1.0, ls="--")
+    axes.axvline(side * factor, color=style.NEUTRAL, lw=1.0, ls=":")
     style.log_scale(axes, "x")
     style.log_scale(axes, "y")
     _plain_ticks(axes.xaxis)

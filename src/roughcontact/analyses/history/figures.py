@@ -48,9 +48,7 @@ def hysteresis(history: LoadHistory) -> Figure:
     lower.set_ylim(0, 1.15 * float(energy.max()) * factor or 1)
     # Cubic micrometers: SI prefixes of m³ are ambiguous.
     total = lower.twinx()
-    total.plot(
-        number, volume * 1e18, color=style.SERIES[0], marker="o", markersize=4, linewidth=1.8
-    )
+    total.plot(number, volume * 1e18, color=style.SERIES[0], marker="o", ms=4, lw=1.8)
     total.set_ylabel("indented volume so far [µm³]", fontsize=style.LABEL, color=style.SERIES[0])
     total.set_ylim(0, 1.15 * float(volume[-1]) * 1e18 or 1)
     for axes in (lower, total):
@@ -130,8 +128,8 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
             for branch in lines[name]
             for state in (*branch, None)
         ]
-        axes.plot(*np.array(points).T, color=colour, linewidth=width, label=name)
-    axes.plot(x, y, "o", color=style.NEUTRAL, markersize=4)
+        axes.plot(*np.array(points).T, color=colour, lw=width, label=name)
+    axes.plot(x, y, "o", color=style.NEUTRAL, ms=4)
     for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
         axes.annotate(
             text,

@@ -65,12 +65,12 @@ def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
         if len(law.maps) > 1:
             for item in law.maps:
                 own = item.column(branch, "separation"), item.column(branch, "pressure")
-                axes.plot(own[0] * scale, own[1] * factor, color=colour, linewidth=0.7, alpha=0.5)
+                axes.plot(own[0] * scale, own[1] * factor, color=colour, lw=0.7, alpha=0.5)
         p, u = law.curve(branch).fine()
-        axes.plot(u * scale, p * factor, color=colour, linewidth=2, label=_NAMES[branch])
+        axes.plot(u * scale, p * factor, color=colour, lw=2, label=_NAMES[branch])
         pressures = law.pressures(branch)
         separation = law.values(branch, "separation").mean(axis=0)
-        axes.plot(separation * scale, pressures * factor, "o", color=colour, markersize=4)
+        axes.plot(separation * scale, pressures * factor, "o", color=colour, ms=4)
     fine = refine_geometrically(law.pressures(), 8)
     theory = law.persson(fine)
     if np.isfinite(theory).all():
@@ -93,7 +93,7 @@ def _shade(span: Callable[..., Any], law: InterfaceLaw) -> None:
     result = law.resolved
     for first, last in ((low, result.low), (result.high, high)):
         if last > first:
-            span(first * factor, last * factor, color=style.NEUTRAL, alpha=0.12, linewidth=0)
+            span(first * factor, last * factor, color=style.NEUTRAL, alpha=0.12, lw=0)
 
 
 # Field of the points, label, color and marker of a line.
@@ -113,7 +113,7 @@ def _draw_lines(
         values = law.values(branch, name) * scale
         values[~(np.isfinite(values) & (values > 0))] = np.nan
         if len(law.maps) > 1:
-            axes.plot(pressures, values.T, color=color, linewidth=0.7, alpha=0.5)
+            axes.plot(pressures, values.T, color=color, lw=0.7, alpha=0.5)
         axes.plot(pressures, values.mean(axis=0), color=color, marker=marker, label=label)
     style.log_scale(axes, "y")
 
@@ -160,13 +160,11 @@ def _draw_law_gap(axes: Axes, law: InterfaceLaw) -> None:
             ("mean_gap", "s:", "mean gap"),
         ):
             values = law.values(branch, name).mean(axis=0) * scale
-            axes.plot(
-                pressures, values, marker, color=_COLOURS[branch], markersize=4, label=label + own
-            )
+            axes.plot(pressures, values, marker, color=_COLOURS[branch], ms=4, label=label + own)
         half = np.array([item.high - item.value for item in law.mean(branch, "separation")]) * scale
         if np.isfinite(half).all():
             mean = law.values(branch, "separation").mean(axis=0) * scale
             axes.fill_between(
-                pressures, mean - half, mean + half, color=_COLOURS[branch], alpha=0.2, linewidth=0
+                pressures, mean - half, mean + half, color=_COLOURS[branch], alpha=0.2, lw=0
             )
     style.name_axes(axes, y=f"separation, mean gap [{unit}]", title="Separation and mean open gap")

@@ -127,4 +127,4 @@ def _mark(axes: Axes, result: Leakage, axis: int) -> None:
     factor, _ = style.prefixed_window(0.0, max(result.largest.pair.size))
     y, x = ((index + 0.5) * edge * factor for index, edge in zip(place.place, pixel, strict=True))
     for colour, width in (("white", 3.0), (style.SERIES[1], 1.5)):
-        axes.plot([x], [y], "x", color=colour, markersize=9, markeredgewidth=width)
+        axes.plot([x], [y], "x", color=colour, ms=9, mew=width)

@@ -91,7 +91,7 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
         # A logarithmic scale has no zero.
         held = np.array(values)
         axes.plot(number, np.where(held > 0, held, np.nan), line, color=colour, label=name)
-    axes.axhline(minimum, color=style.NEUTRAL, linewidth=1.2, linestyle="-.", label="threshold")
+    axes.axhline(minimum, color=style.NEUTRAL, lw=1.2, ls="-.", label="threshold")
     style.log_scale(axes, "y")
     top = max(item.strain_added for item in rolling.passes)
     axes.set_ylim(minimum / 100, 3 * max(top, minimum))
@@ -139,7 +139,7 @@ def heights(rolling: RollingResult) -> Figure:
             where * length,
             (new - level) * factor,
             color=style.SERIES[0],
-            linewidth=1.8,
+            lw=1.8,
             label=f"after {len(rolling.passes)}",
         )
         style.name_axes(axes, f"{along} [{length_unit}]", f"height [{unit}]")
@@ -199,7 +199,7 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
             values = profiles[number]
             depth = faces[: values.size + 1] * length
             draw_steps(axes, values * factor, depth, colour, "-", f"pass {number + 1}")
-        axes.axvline(0, color="#000000", linewidth=0.9)
+        axes.axvline(0, color="#000000", lw=0.9)
         style.plain_axes(axes, f"{name}{shown}")
         axes.xaxis.set_major_locator(MaxNLocator(5))
     style.name_axes(grid[0], y=f"depth [{length_unit}]")

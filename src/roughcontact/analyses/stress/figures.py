@@ -79,11 +79,9 @@ def stress_depth(result: StressResult) -> Figure:
         ("-", "--", ":"),
         strict=False,
     ):
-        axes.plot(
-            depths, values * factor, line, color=colour, linewidth=1.8, marker=".", label=name
-        )
+        axes.plot(depths, values * factor, line, color=colour, lw=1.8, marker=".", label=name)
     for number, edge in enumerate(interfaces(result.material) if result.parts else ()):
-        axes.axvline(float(edge) * length[0], color=style.NEUTRAL, linewidth=1)
+        axes.axvline(float(edge) * length[0], color=style.NEUTRAL, lw=1)
         axes.annotate(
             result.parts[number].name,
             (float(edge) * length[0], 1),
@@ -119,7 +117,7 @@ _LABEL: dict[str, Any] = {
 def _draw_yield_strength(axes: Axes, strength: float, scale: tuple[float, str]) -> None:
     """Draw the yield strength as a labeled line."""
     height = strength * scale[0]
-    axes.axhline(height, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+    axes.axhline(height, color=style.NEUTRAL, ls=(0, (5, 3)), lw=1.5)
     axes.annotate(
         f"yield strength {style.in_unit(strength, scale, 'Pa')}",
         (1, height),

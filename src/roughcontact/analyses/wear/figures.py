@@ -39,8 +39,8 @@ def running_in(result: Wear) -> Figure:
     for axes, (label, times, lines) in zip(grid.ravel(), panels, strict=True):
         for colour, (key, name) in zip(style.SERIES, lines.items(), strict=False):
             before, *values = times * result.column(key)
-            axes.axhline(before, color=colour, linewidth=1.0, linestyle=":")
-            axes.plot(wear * factor, values, "o-", color=colour, markersize=4, label=name)
+            axes.axhline(before, color=colour, lw=1.0, ls=":")
+            axes.plot(wear * factor, values, "o-", color=colour, ms=4, label=name)
         style.log_scale(axes, "x")
         style.plain_axes(axes, f"mean wear depth [{unit}]", label)
         if len(lines) > 1:
