@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roughcontact._tools import statistics
+from roughcontact.analyses.compare.fields import name_of, scale_of
 from roughcontact.analyses.compare.model import Comparison, rows_by_ceiling
 from roughcontact.analyses.compare.sampling import CONTACT, WANTED, SamplingStudy
 from roughcontact.drawing import style
@@ -18,29 +19,25 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-Scale = Callable[[str, float], tuple[float, str]]
-Name = Callable[..., str]
-
 _COLUMNS = 3
 _PANEL = (3.6, 3.1)
 _SHOWN = (*CONTACT, "Sq", "Ssk", "Sdq", "Spk")
 """Quantities with a panel; tables list all quantities."""
 
 
-def overview(comparison: Comparison, title: Name, scale: Scale) -> Figure:
+def overview(comparison: Comparison) -> Figure:
     """Draw load curves and quantities of all groups; see `curves` and `numbers`."""
-    return _figure(comparison, _curves(comparison), _drawn_names(comparison), title, scale)
+    followed = comparison.curves if len(comparison.pressures) > 1 else ()
+    return _figure(comparison, followed, _drawn_names(comparison))
 
 
-def curves(comparison: Comparison, title: Name, scale: Scale) -> Figure:
+def curves(comparison: Comparison) -> Figure:
     """Draw the load curves of all maps over each other.
 
     Parameters
     ----------
     comparison : Comparison
         Comparison under several pressures.
-    title, scale : callable
-        Name of a quantity, with its ceiling if there are two; its factor and unit.
 
     Returns
     -------
@@ -48,10 +45,10 @@ def curves(comparison: Comparison, title: Name, scale: Scale) -> Figure:
         Quantities over the nominal pressure: each map a thin line, the mean of a group a thick
         line with the band of its interval.
     """
-    return _figure(comparison, comparison.curves, (), title, scale)
+    return _figure(comparison, comparison.curves, ())
 
 
-def numbers(comparison: Comparison, title: Name, scale: Scale) -> Figure:
+def numbers(comparison: Comparison) -> Figure:
     """Draw the quantities of all maps under the last pressure; parameters as for `curves`.
 
     Returns
@@ -59,24 +56,14 @@ def numbers(comparison: Comparison, title: Name, scale: Scale) -> Figure:
     Figure
         One panel per quantity: each map a dot, the mean of a group a line with its interval.
     """
-    return _figure(comparison, (), _drawn_names(comparison), title, scale)
+    return _figure(comparison, (), _drawn_names(comparison))
 
 
 def _drawn_names(comparison: Comparison) -> Sequence[str]:
     return [name for name in comparison.names if name in _SHOWN]
 
 
-def _curves(comparison: Comparison) -> Sequence[str]:
-    return comparison.curves if len(comparison.pressures) > 1 else ()
-
-
-def _figure(
-    comparison: Comparison,
-    followed: Sequence[str],
-    compared: Sequence[str],
-    title: Name,
-    scale: Scale,
-) -> Figure:
+def _figure(comparison: Comparison, followed: Sequence[str], compared: Sequence[str]) -> Figure:
     columns = 2 if followed and not compared else _COLUMNS
     cases = rows_by_ceiling(comparison)
     panels = [(_draw_curves, case) for case in cases if case[0] in followed]
@@ -88,7 +75,7 @@ def _figure(
     )
     free = iter(grid.ravel())
     for draw, (name, ceiling, case) in panels:
-        draw(next(free), case, name, title(name, ceiling), scale)
+        draw(next(free), case, name, name_of(name, ceiling))
     for axes in free:
         axes.set_axis_off()
     if len(comparison.groups) > 1 and followed:
@@ -96,11 +83,11 @@ def _figure(
     return figure
 
 
-def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str, scale: Scale) -> None:
+def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str) -> None:
     pressures = np.array(comparison.pressures)
     across, pressure_unit = style.prefixed(float(pressures[-1]), "Pa")
     values = [sample.over_pressure(name) for sample in comparison.samples]
-    up, symbol = scale(name, float(np.max(values)))
+    up, symbol = scale_of(name, float(np.max(values)))
     for index, group in enumerate(comparison.groups):
         colour = style.SERIES[index % len(style.SERIES)]
         for sample in group.samples:
@@ -118,12 +105,12 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str, scal
     _plain_ticks(axes.xaxis, between=False)
     axes.set_ylim(0, 1.08 * float(np.max(values)) * up or 1)
     style.name_axes(axes, f"nominal pressure [{pressure_unit}]")
-    _set_title(axes, title, symbol)
+    style.plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
 
 
-def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str, scale: Scale) -> None:
+def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str) -> None:
     values = [np.array(group.values(name)) for group in comparison.groups]
-    up, symbol = scale(name, float(max(np.abs(own).max() for own in values)))
+    up, symbol = scale_of(name, float(max(np.abs(own).max() for own in values)))
     if comparison.paired:
         pairs = [
             [sample.numbers[name] * up for sample in group.samples] for group in comparison.groups
@@ -148,9 +135,13 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str, sca
                 lw=1.6,
             )
     _limit(axes, comparison, name, values, up)
+    names = [
+        group.name if len(group.name) <= 14 else f"{group.name[:13]}…"
+        for group in comparison.groups
+    ]
     axes.set_xlim(-0.6, len(values) - 0.4)
-    axes.set_xticks(range(len(values)), [_short(group.name) for group in comparison.groups])
-    _set_title(axes, title, symbol)
+    axes.set_xticks(range(len(values)), names)
+    style.plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
 
 
 _ROUNDING = 1e-9
@@ -171,23 +162,13 @@ def _limit(axes: Axes, comparison: Comparison, name: str, values: Sequence[Any],
     axes.set_ylim((low - margin) * up, (high + margin) * up)
 
 
-def _short(name: str) -> str:
-    return name if len(name) <= 14 else f"{name[:13]}…"
-
-
-def _set_title(axes: Axes, title: str, symbol: str) -> None:
-    style.plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
-
-
-def sampling(study: SamplingStudy, title: Name) -> Figure:
+def sampling(study: SamplingStudy) -> Figure:
     """Draw the sampling error of a map over its size.
 
     Parameters
     ----------
     study : SamplingStudy
         The parts of a map.
-    title : callable
-        Name of the quantity.
 
     Returns
     -------
@@ -215,7 +196,7 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
             100 * item.relative * side / line,
             color=colour,
             lw=1.6,
-            label=title(item.name),
+            label=name_of(item.name),
         )
         axes.plot(side * factor, 100 * item.relative, "s", color=colour, ms=7)
     axes.axhline(100 * WANTED, color=style.NEUTRAL, lw=1.0, ls="--")

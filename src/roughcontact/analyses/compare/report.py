@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from roughcontact._tools import statistics
 from roughcontact._tools.statistics import Difference, Mean
 from roughcontact._version import __version__
 from roughcontact.analyses.compare import figures
+from roughcontact.analyses.compare.fields import name_of, scale_of, unit_of
 from roughcontact.analyses.compare.model import Comparison, rows_by_ceiling
 from roughcontact.analyses.compare.sampling import (
     CONTACT,
@@ -23,10 +24,9 @@ from roughcontact.analyses.compare.sampling import (
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.sweep.report import curve_references
 from roughcontact.contact.result import BASE, CALIBRATED, COATING
-from roughcontact.drawing.style import prefixed
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
-from roughcontact.report import assumptions, chapters, inputs, phrases
+from roughcontact.report import assumptions, chapters, phrases
 from roughcontact.report.citations import Uses
 from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
@@ -57,10 +57,6 @@ from roughcontact.units import (
     plain_decimal,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
 LEVEL = f"{100 * statistics.LEVEL:.0f} %"
 """Confidence level of all intervals, as text."""
 
@@ -68,30 +64,6 @@ MEANS = f"mean ± half of its {LEVEL} interval (s: standard deviation)"
 """Content of a cell of the means."""
 
 _ROUNDING = 1e-6
-_SHARES = ("contact_fraction", "saturated_fraction")
-
-
-def unit_of(name: str) -> str:
-    """Return the SI unit of a compared quantity."""
-    if name in inputs.ROUGHNESS:
-        return inputs.ROUGHNESS[name][0] or "1"
-    return quantity_of(contact_fields.CONTACT, name).unit
-
-
-def name_of(name: str, ceiling: str = "") -> str:
-    """Return the name of a compared quantity, with its ceiling if there are two."""
-    if name in inputs.ROUGHNESS:
-        return name
-    text = quantity_of(contact_fields.CONTACT, name).name
-    return f"{text}, {ceiling}" if ceiling else text
-
-
-def scale_of(name: str, largest: float) -> tuple[float, str]:
-    """Return the display factor of a quantity, and its unit."""
-    if name in _SHARES:
-        return 100.0, "%"
-    unit = unit_of(name)
-    return (1.0, "") if unit == "1" else prefixed(abs(largest), unit)
 
 
 def quantity_text(name: str, *values: float, digits: int = 4) -> str:
@@ -312,12 +284,13 @@ def _lines(comparison: Comparison) -> list[tuple[Any, ...]]:
 
 
 def _cell(index: int) -> Callable[[Comparison], list[Any]]:
-    return lambda comparison: [_plain(line[index]) for line in _lines(comparison)]
+    """Return the cells of a column, with commas replaced by spaces for CSV."""
 
+    def cells(comparison: Comparison) -> list[Any]:
+        values = [line[index] for line in _lines(comparison)]
+        return [cell.replace(",", " ") if isinstance(cell, str) else cell for cell in values]
 
-def _plain(cell: Any) -> Any:
-    """Return a cell with commas replaced by spaces, for CSV."""
-    return cell.replace(",", " ") if isinstance(cell, str) else cell
+    return cells
 
 
 _CELLS = ("quantity", "unit", "group", "maps", "mean", "deviation", "low", "high", "excludes_zero")
@@ -341,14 +314,13 @@ def part(share: float) -> str:
     return f"{plain_decimal(100 * share, 2)} %"
 
 
-def side(area: float) -> str:
-    """Return an area as the sides of a square."""
-    length = _side(area)
-    return f"{length} × {length}"
-
-
 def _side(area: float) -> str:
     return format_engineering(math.sqrt(area), "m", 2)
+
+
+def _square(item: SamplingError) -> str:
+    """Return the required area as the sides of a square, with the kind of bound."""
+    return f"{item.bound} {_side(item.area)} × {_side(item.area)}".lstrip()
 
 
 def _error(item: SamplingError) -> str:
@@ -367,11 +339,10 @@ def _errors(study: SamplingStudy) -> list[tuple[str, SamplingError]]:
     """Return ceiling and error of each row; see `rows_by_ceiling`."""
     if study.base is None:
         return [("", item) for item in study.errors]
-    both = {COATING: study, BASE: study.base}
     return [
         (ceiling if item.name in CONTACT else "", case.error(item.name))
         for item in study.errors
-        for ceiling, case in both.items()
+        for ceiling, case in ((COATING, study), (BASE, study.base))
         if ceiling == COATING or item.name in CONTACT
     ]
 
@@ -438,11 +409,10 @@ SAMPLING_COLUMNS = (
 def answer(study: SamplingStudy) -> str:
     """Return the required map size for the contact area as a sentence."""
     item = study.error("contact_fraction")
-    sides, gives = f"{item.bound} {side(item.area)}".lstrip(), f"±{part(item.relative)}"
+    sides, gives = _square(item), f"±{part(item.relative)}"
     if study.base is not None:
         other = study.base.error("contact_fraction")
-        bound = f"{other.bound} {side(other.area)}".lstrip()
-        sides += f" under the ceiling of the coating, {bound} under that of the base"
+        sides += f" under the ceiling of the coating, {_square(other)} under that of the base"
         gives += f" and ±{part(other.relative)}"
     return (
         f"{study.whole.name}: for {FIVE} ({LEVEL} interval) of the contact area {sides}; this map, "
@@ -500,21 +470,10 @@ def _prepared(samples: Sequence[Sample]) -> list[Block]:
 _MAX_LISTED_MAPS = 16
 
 
-def overview(result: Comparison) -> Figure:
-    """Draw all compared quantities in one figure."""
-    return figures.overview(result, name_of, scale_of)
-
-
-def sampling(study: SamplingStudy) -> Figure:
-    """Draw the sampling error over the map size."""
-    return figures.sampling(study, name_of)
-
-
 def _load_case(samples: Sequence[Sample], specified: Sequence[Row]) -> list[Block]:
     """Return the blocks on the preparation and the load case of maps."""
     rows = [*specified, *rows_of(_TERMS, samples[0], PROBLEM)]
-    bodies = chapters.body_blocks(samples[0].bodies, rows, "ceiling")
-    return [*_prepared(samples), *bodies]
+    return [*_prepared(samples), *chapters.body_blocks(samples[0].bodies, rows, "ceiling")]
 
 
 def _nominal(pressure: float) -> str:
@@ -546,17 +505,17 @@ class ComparisonPresentation(Presentation):
     table = COMPARISON
     columns = COMPARISON_COLUMNS
     figures = (
-        Illustration("comparison", overview, "", FILES),
+        Illustration("comparison", figures.overview, "", FILES),
         Illustration(
             "",
-            lambda result: figures.numbers(result, name_of, scale_of),
+            figures.numbers,
             f"Dots are maps, thick lines means, bars their {LEVEL} intervals.",
             FRONT,
             WIDE,
         ),
         Illustration(
             "",
-            lambda result: figures.curves(result, name_of, scale_of),
+            figures.curves,
             f"Thin: maps over the nominal pressure. Thick: group means with {LEVEL} bands.",
             RESULTS,
             WIDE,
@@ -576,8 +535,7 @@ class ComparisonPresentation(Presentation):
             return f"How much do {count_noun(len(result.samples), 'map')} scatter at {pressure}?"
         if not 1 < len(names) <= _NAMED:
             return f"Do {len(result.groups)} groups of maps differ at {pressure}?"
-        *others, last = names
-        return f"Do {', '.join(others)} and {last} differ at {pressure}?"
+        return f"Do {', '.join(names[:-1])} and {names[-1]} differ at {pressure}?"
 
     def problem(self) -> str:
         """Return the numbers of maps and the pressure."""
@@ -669,8 +627,7 @@ class ComparisonPresentation(Presentation):
         """Return the blocks on the maps, their preparation and the load case."""
         rows = chapters.evenly_spaced(_maps(self.result), _MAX_LISTED_MAPS)
         head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
-        specified = self.rows(PROBLEM)
-        return [*chapters.table(rows, head), *_load_case(self.result.samples, specified)]
+        return [*chapters.table(rows, head), *_load_case(self.result.samples, self.rows(PROBLEM))]
 
     def details(self) -> list[Block]:
         """Return means, differences, components and required areas."""
@@ -733,7 +690,7 @@ class SamplingPresentation(Presentation):
     figures = (
         Illustration(
             "sampling",
-            sampling,
+            figures.sampling,
             "Half of the interval over the side of a square: parts (dots), this map (squares), "
             f"root of the area (lines). {FIVE} is dashed.",
             FRONT,
