@@ -17,7 +17,7 @@ ROLLING_FORMATS = FormatTable(
         ".vtr": Content("final strain and stress", _last_state_writer(VTR)),
         ".vti": Content("final maps", _last_state_writer(VTI)),
         ".pvd": Content(
-            "all steps of --folder for ParaView", lazy_writer("analyses.roll.files:save_pvd")
+            "all steps of --folder for ParaView", lazy_writer("analyses.roll.model:save_pvd")
         ),
     },
 )

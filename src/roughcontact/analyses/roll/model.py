@@ -10,12 +10,14 @@ from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory, netcdf
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.files import require_suffix, write_atomically
 from roughcontact.analyses.history.model import indented
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact import archive as contact_archive
@@ -25,6 +27,7 @@ from roughcontact.elastoplastic.plastic_flow import yield_strain
 from roughcontact.elastoplastic.solve import TOLERANCE, solve_elastoplastic
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult, PathPoint, PlasticBody
 from roughcontact.errors import InputError, input_error, require_count
+from roughcontact.formats.vtk import save_vtk, save_vtr
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
@@ -635,6 +638,29 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     """Write passes and their last state to a NetCDF file; `load_rolling` reads it."""
     dataset, packed = to_dataset(rolling)
     netcdf.write(dataset, path, packed)
+
+
+def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
+    """Write all saved steps of repeated passes as a series for ParaView.
+
+    A step is one second of ParaView's time; the volume is part 0 of the series, the surface part 1.
+    """
+    require_suffix(path, ".pvd")
+    target = Path(path)
+    folder = target.with_suffix("")
+    lines = []
+    for time, (_, _, state) in enumerate(rolling.states(), 1):
+        folder.mkdir(exist_ok=True)
+        for part, (suffix, save) in enumerate(((".vtr", save_vtr), (".vti", save_vtk))):
+            name = f"step-{time:04d}{suffix}"
+            save(state, folder / name)
+            place = quoteattr(f"{folder.name}/{name}")
+            lines.append(f'    <DataSet timestep="{time}" part="{part}" file={place}/>\n')
+    write_atomically(
+        path,
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+        f"{''.join(lines)}  </Collection>\n</VTKFile>\n",
+    )
 
 
 def to_dataset(rolling: RollingResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
