@@ -203,10 +203,9 @@ def _yielding_bodies(pair: Pair) -> tuple[Material, Material] | None:
         softest = {body.ceiling for body in bodies if not body.coating}
         if set(coated_ceilings(pair).values()) != softest:
             return None
-        surfaces = (body.outermost for body in bodies)
         first, second = (
-            replace(surface, yield_strength=None, hardness=None) if body.coating else body
-            for body, surface in zip(bodies, surfaces, strict=True)
+            replace(body.outermost, yield_strength=None, hardness=None) if body.coating else body
+            for body in bodies
         )
         bodies = first, second
     softer = softer_material(*bodies)
@@ -265,8 +264,7 @@ def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float
         return limit * indenters.mean_under_ceiling(modulus * slope / limit)
 
     known = mean(advice.slope, advice.ceiling)
-    load = advice.slope**2 * known
-    slope = _slope_of_load_ratio(load, lambda slope: mean(slope, ceiling))
+    slope = _slope_of_load_ratio(advice.slope**2 * known, lambda slope: mean(slope, ceiling))
     return mean(slope, ceiling) / known - 1
 
 

@@ -43,8 +43,7 @@ def equivalent_hertz_size(result: ContactResult) -> tuple[float, ...]:
     smooth = _smooth_limits(result)
     along, across = contact_axes(smooth)
     weight = result.pressure / result.pressure.sum()
-    middle = result.center_of_pressure
-    y, x = distances_from(result, middle)
+    y, x = distances_from(result, result.center_of_pressure)
 
     def moment(direction: tuple[float, float]) -> float:
         dy, dx = result.surface.pixel
@@ -99,8 +98,7 @@ def smooth_reference(result: ContactResult) -> SmoothContact | None:
     smooth: SmoothContact | None = result.hertz
     if smooth is None or not is_smooth(result.pair) or result.totals.saturated:
         return None
-    limits = comparison_limits(result)
-    return smooth if all(item.severity == "note" for item in limits) else None
+    return smooth if all(item.severity == "note" for item in comparison_limits(result)) else None
 
 
 def is_unresolved(result: ContactResult) -> bool:
@@ -111,8 +109,7 @@ def is_unresolved(result: ContactResult) -> bool:
 
 def is_beyond_map(result: ContactResult) -> bool:
     """Return whether the Hertz contact is larger than the map."""
-    limits = _within_map(result, _smooth_limits(result))
-    return any(item.severity == "warning" for item in limits)
+    return any(item.severity == "warning" for item in _within_map(result, _smooth_limits(result)))
 
 
 def behind_load(result: ContactResult) -> bool:
@@ -188,8 +185,7 @@ def _size_note(smooth: SmoothContact) -> Iterator[Caution]:
 
 def _yield_note(result: ContactResult, smooth: SmoothContact) -> Iterator[Caution]:
     """Yield a caution if the smooth bodies yield as well."""
-    body = result.pair.first_to_yield
-    first = None if body is None else _first_yield(result, smooth)
+    first = None if result.pair.first_to_yield is None else _first_yield(result, smooth)
     if first is not None and smooth.max_pressure >= first:
         yield as_note(
             CautionTag.HERTZ,

@@ -133,8 +133,7 @@ def start_fraction(
     if start is None:
         return 1.0 if series and limited else 0.0
     pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
-    loaded = pressure > 0
-    limit = np.broadcast_to(problem.limit, pressure.shape)[loaded]
+    limit = np.broadcast_to(problem.limit, pressure.shape)[pressure > 0]
     if limited and float(limit.sum()) < (problem.total or 0.0):
         return 1.0
     return limit.size / pressure.size

@@ -338,8 +338,7 @@ def deviating_ceiling(result: ContactResult) -> CalibratedCeiling | None:
     advice = recommended_ceiling_of(result)
     if advice is None or result.regime is Regime.BELOW_FIRST_YIELD:
         return None
-    change = abs(calibrated_area_change(result, advice))
-    return advice if change >= MIN_AREA_CHANGE else None
+    return advice if abs(calibrated_area_change(result, advice)) >= MIN_AREA_CHANGE else None
 
 
 def other_ceiling(result: ContactResult) -> float | None:
@@ -446,12 +445,11 @@ def _below_ceiling(result: ContactResult) -> Caution | None:
     limit = (body.hardness if mixed else None) or body.ceiling
     what = "the hardness" if mixed or body.yield_strength is None else "3σ_Y"
     known = "auto" if body.yield_strength is None else CALIBRATED
-    advice = format_engineering(limit, "Pa", 4) if mixed else known
     return as_warning(
         CautionTag.ABOVE_CEILING,
         f"Peak pressure {format_engineering(result.max_pressure, 'Pa', 3)} is "
         f"{result.max_pressure / limit:.3g} times {what}: contact area is too small. Use ",
-        ArgumentRef("ceiling", advice),
+        ArgumentRef("ceiling", format_engineering(limit, "Pa", 4) if mixed else known),
         ".",
         ratio=result.max_pressure / limit,
         max_pressure=result.max_pressure,
@@ -563,8 +561,7 @@ def _check_ceiling(result: ContactResult) -> Caution | None:
         reason = "the calibrated one does not carry the load"
         if math.isnan(known.load_ratio):
             reason = "single pixels and flats have no slope to calibrate it"
-        text = f"Ceiling stays at {known.factor:.3g} σ_Y: {reason}."
-        return as_caution(CautionTag.CEILING, text)
+        return as_caution(CautionTag.CEILING, f"Ceiling stays at {known.factor:.3g} σ_Y: {reason}.")
     if known is not None or body.tabor_ratio is not None:
         return None
     answer = recommended_ceiling_of(result)
@@ -875,8 +872,7 @@ def missing_points(result: ContactResult) -> tuple[int, float]:
 
     A missing point is near if the next measured point is.
     """
-    total = math.prod(result.pair.shape)
-    missing = total - result.totals.points
+    missing = math.prod(result.pair.shape) - result.totals.points
     if not missing:
         return 0, 0.0
     from scipy import ndimage

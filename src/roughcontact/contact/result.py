@@ -120,8 +120,7 @@ def regime_of(pair: Pair, max_pressure: float, saturated: bool) -> Regime:
     if softer is None or softer.ceiling is None:
         return Regime.UNKNOWN
     if max_pressure > softer.ceiling:
-        hard = softer.yield_strength is None
-        return Regime.BEYOND_HARDNESS if hard else Regime.BEYOND_CEILING
+        return Regime.BEYOND_HARDNESS if softer.yield_strength is None else Regime.BEYOND_CEILING
     if first is not None and max_pressure >= (pair.yields_at(first) or 0):
         return Regime.YIELDING_BELOW
     return Regime.UNKNOWN if softer.yield_strength is None else Regime.BELOW_FIRST_YIELD
@@ -328,8 +327,7 @@ class ContactResult(Result):
         ----------
         Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
         """
-        excess = area.RIM_EXCESS * self.totals.rims * self.pixel_area
-        return max(self.contact_area - excess, 0.0)
+        return max(self.contact_area - area.RIM_EXCESS * self.totals.rims * self.pixel_area, 0.0)
 
     @property
     def contact_fraction(self) -> float:

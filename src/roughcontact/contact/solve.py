@@ -178,10 +178,9 @@ def solve(
     pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     force, specified = resolve_force(load, pair)
     moved, turned = to_si(approach, "length", "approach"), to_si(moments, "moment", "moments")
-    terms = LoadCase(force, moved, turned, ceiling, tolerance, max_iterations, precision, specified)
     result = solve_case(
         pair,
-        terms,
+        LoadCase(force, moved, turned, ceiling, tolerance, max_iterations, precision, specified),
         progress,
         start=initial_guess,
         on_failure=on_failure,
@@ -327,10 +326,9 @@ def _solve_again(
         return None
     if not result.converged:
         return None
-    areas_and_gap = ("contact_fraction", "saturated_fraction", "mean_gap")
     changes = (
         abs(getattr(result, n) - getattr(first, n)) / (getattr(first, n) or math.inf)
-        for n in areas_and_gap
+        for n in ("contact_fraction", "saturated_fraction", "mean_gap")
     )
     named = {n: getattr(result, n) for n in Calibrated.__dataclass_fields__ if hasattr(result, n)}
     named["max_indentation"] = result.totals.max_indentation

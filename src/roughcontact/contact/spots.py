@@ -67,8 +67,7 @@ def find_spots(pressure: Array, pixel: Pixel, periodic_axes: tuple[int, ...] = (
     sums = np.bincount(np.repeat(spot, lengths), pressures, count)
     peaks = np.zeros(count)
     if lengths.size:
-        highest = np.maximum.reduceat(pressures, np.cumsum(lengths) - lengths)
-        np.maximum.at(peaks, spot, highest)
+        np.maximum.at(peaks, spot, np.maximum.reduceat(pressures, np.cumsum(lengths) - lengths))
     area = pixel[0] * pixel[1]
     areas: Array = pixels[order] * np.float64(area)
     loads: Array = np.asarray(sums, np.float64) * area

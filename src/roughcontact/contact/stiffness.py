@@ -94,8 +94,7 @@ def _local_stiffness(
     pressure = np.zeros(result.pressure.size)
     pressure[index] = punch.pressure
     part = window or (slice(None), slice(None))
-    there = ~np.isnan(result.gap[part])
-    closing = 1 - punch.displacement.astype(np.float64)[part][there]
+    closing = 1 - punch.displacement.astype(np.float64)[part][~np.isnan(result.gap[part])]
     return float(pressure.reshape(result.pressure.shape)[part].mean() / closing.mean())
 
 

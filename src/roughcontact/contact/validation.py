@@ -80,8 +80,7 @@ def build_problem(
     if terms.approach is not None:
         require_positive(approach=terms.approach)
         if not (pair.boundary.free_axes or holes) and ceiling is None:
-            full = float(gap.sum()) / math.prod(pair.shape)
-            require_below(terms.approach, full)
+            require_below(terms.approach, float(gap.sum()) / math.prod(pair.shape))
     units = load_case.units_of_problem(pair, terms, gap)
     gap /= units.length
     if terms.precision == "single":

@@ -151,8 +151,7 @@ def section(
         axes.tick_params(labelsize=style.TICK, labelbottom=row == 1)
         _few_levels(axes, height)
         style.name_axes(axes, f"{along} [{unit}]" if row else "")
-        down = f"{'depth' if height > 0.8 else 'z'} [{unit}]"
-        style.name_axes(axes, y="" if column else down)
+        style.name_axes(axes, y="" if column else f"{'depth' if height > 0.8 else 'z'} [{unit}]")
         _bar(_panel(figure, column, top, height, _PANEL + 0.1, 0.14), mesh, height)
     where = f"at {'y' if along == 'x' else 'x'} = {format_engineering(plane.across, 'm', 4)}"
     title = f"Section{_which(result, body)} along {along} {where}, {_state(result, body)}"

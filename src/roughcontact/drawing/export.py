@@ -63,9 +63,8 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
             else:
                 figure.savefig(stream, format=kind, dpi=DPI)
     except OSError as error:
-        reason = error.strerror or str(error)
         raise RoughcontactError(
-            f"the figure {str(target)!r} could not be written: {reason}"
+            f"the figure {str(target)!r} could not be written: {error.strerror or str(error)}"
         ) from error
 
 

@@ -107,11 +107,10 @@ class Shares(NamedTuple):
 
 def cell_shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Shares:
     """Return the shares of elastic contact, saturated and missing points of each cell."""
-    missing = np.isnan(gap) & ~contact
     return Shares(
         style.cell_share(contact & ~saturated, blocks),
         style.cell_share(saturated, blocks),
-        style.cell_share(missing, blocks),
+        style.cell_share(np.isnan(gap) & ~contact, blocks),
     )
 
 

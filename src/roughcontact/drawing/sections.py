@@ -283,10 +283,9 @@ def _draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) -
     axes.axhline(0, color="#000000", lw=1.2, label="counter-body")
     axes.plot(place, under, color=style.SERIES[0], lw=1.6, label="under load")
     if line.saturated.any():
-        sunk = np.where(line.saturated, np.maximum(under, 0), 0.0)
         axes.fill_between(
             place,
-            sunk,
+            np.where(line.saturated, np.maximum(under, 0), 0.0),
             0,
             step="mid",
             color=style.SATURATED,
@@ -329,9 +328,8 @@ def draw_histogram(
         widths, per = np.diff(np.log10(edges)), "decade"
     for index, (result, name, values) in enumerate(zip(results, names, below, strict=True)):
         counts, _ = np.histogram(np.clip(values, edges[0], edges[-1]), edges)
-        points = max(int(np.count_nonzero(result.contact)), 1)
         axes.stairs(
-            100 * counts / points / widths,
+            100 * counts / max(int(np.count_nonzero(result.contact)), 1) / widths,
             edges * factor,
             color=style.SERIES[index % len(style.SERIES)],
             lw=1.8,
@@ -508,10 +506,9 @@ def versus_hertz(result: ContactResult) -> Figure:
     )
     axes.plot(distance * factor, mean * scale, color=style.ELASTIC, lw=2.2, label=f"mean {where}")
     position = np.linspace(-half if line else 0.0, half, 400)
-    pressure = smooth.max_pressure * np.sqrt(np.maximum(1 - (position / half) ** 2, 0))
     axes.plot(
         position * factor,
-        pressure * scale,
+        smooth.max_pressure * np.sqrt(np.maximum(1 - (position / half) ** 2, 0)) * scale,
         color=style.NEUTRAL,
         lw=1.8,
         ls="--",
@@ -560,8 +557,7 @@ def _rings(result: ContactResult, smooth: SmoothContact) -> tuple[Array, Array, 
 
 def _distance_ends(distance: Array, largest: Array, half: float, line: bool) -> tuple[float, float]:
     """Return the ends of the axis: around both contacts, within the map."""
-    touched = np.abs(distance[largest > 0])
-    far = max(_AROUND * half, float(touched.max(initial=0.0)) * 1.05)
+    far = max(_AROUND * half, float(np.abs(distance[largest > 0]).max(initial=0.0)) * 1.05)
     low, high = float(distance.min()), float(distance.max())
     return (max(-far, low) if line else 0.0), min(far, max(high, half))
 

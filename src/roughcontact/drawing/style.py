@@ -161,8 +161,7 @@ def log_scale(axes: Axes, way: str) -> None:
         low, high = sorted(axis.get_view_interval())
         if not high < _FEW_DECADES * low:
             return str(power(value))
-        first = f"{value:e}"[0]
-        return f"{value:g}" if first in "125" or high < _PART_OF_ONE * low else ""
+        return f"{value:g}" if f"{value:e}"[0] in "125" or high < _PART_OF_ONE * low else ""
 
     axis.set_major_formatter(FuncFormatter(format_tick))
     axis.set_minor_formatter(FuncFormatter(format_tick))
@@ -321,10 +320,9 @@ def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
     upright = aspect > MIN_LABEL_RATIO
     thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
     place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)
-    inset = axes.inset_axes(place)
     bar = axes.figure.colorbar(
         image,
-        cax=inset,
+        cax=axes.inset_axes(place),
         extend=extend,
         orientation="vertical" if upright else "horizontal",
         ticklocation="right" if upright else "top",

@@ -93,8 +93,7 @@ def _roughness(surface: Surface, is_second: bool) -> list[Block]:
     norm = "ISO 21920-2" if surface.is_profile else "ISO 25178-2"
     blocks = [Block("head", f"Roughness{' of the counter-body' if is_second else ''} ({norm})")]
     if surface.is_profile:
-        parameters = inputs.profile_parameters(surface)
-        heads, primary, filtered, _ = zip(*parameters, strict=True)
+        heads, primary, filtered, _ = zip(*inputs.profile_parameters(surface), strict=True)
         rows = [("P", *primary), ("R", *filtered)]
         return blocks + table(rows, ("", *(head.split(",")[0][1:] for head in heads)))
     try:

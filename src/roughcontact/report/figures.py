@@ -210,8 +210,7 @@ class VolumeScene:
     @property
     def where(self) -> str:
         """Name of the body in a caption, if there are two."""
-        names = tuple(BODIES.values())
-        return f" of the {names[self.body]}" if len(self.result.bodies) > 1 else ""
+        return f" of the {tuple(BODIES.values())[self.body]}" if len(self.result.bodies) > 1 else ""
 
     def close(self) -> VolumeScene:
         """Return the scene of a close-up of the plastic zone, if it is a small part of the map."""
@@ -223,8 +222,7 @@ class VolumeScene:
         surface = self.result.solution.surface
         size = min(surface.size)
         width = max(_AROUND_ZONE * deep, _CLOSE_ZONE_PIXELS * max(surface.pixel))
-        small = deep < _SMALL_ZONE * size and width < size
-        return replace(self, width=width if small else None)
+        return replace(self, width=width if deep < _SMALL_ZONE * size and width < size else None)
 
 
 def _nested_figure(attribute: str, inner: Illustration) -> Illustration:

@@ -269,8 +269,7 @@ def delegated(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
 
     text = quantity.text and delegate(quantity.text)
     when = quantity.when and delegate(quantity.when)
-    moved = replace(quantity, of=delegate(quantity.value), text=text, when=when)
-    return replace(moved, **changes)
+    return replace(replace(quantity, of=delegate(quantity.value), text=text, when=when), **changes)
 
 
 # A profile is a map 1 m wide: its quantities are per meter of width.

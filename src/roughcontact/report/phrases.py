@@ -159,8 +159,7 @@ def given_load(specified: load_case.GivenLoad, result: ContactResult) -> str:
     force = format_engineering(specified.force, result.pair.load_unit)
     words = f"{load_case.NAMES[type(specified.form)]}: {_form(specified.form)}"
     if isinstance(specified.form, load_case.NominalPressure):
-        of_profile = result.pair.is_profile
-        what, unit = ("profile", "m") if of_profile else ("map", "m²")
+        what, unit = ("profile", "m") if result.pair.is_profile else ("map", "m²")
         area = format_engineering(result.nominal_area, unit)
         return f"{words} on the whole {what}, {area}, are {force}"
     smooth = result.hertz
@@ -183,8 +182,7 @@ def given_loads(specified: Sequence[load_case.GivenLoad], unit: str = "N") -> st
     parts = []
     for form, group in groupby(dict.fromkeys(specified), lambda item: type(item.form)):
         values = [f"{_form(item.form)} ({format_engineering(item.force, unit)})" for item in group]
-        few = len(values) <= _FEW_LOADS
-        text = ", ".join(values) if few else f"{values[0]} to {values[-1]}"
+        text = ", ".join(values) if len(values) <= _FEW_LOADS else f"{values[0]} to {values[-1]}"
         parts.append(f"{load_case.NAMES[form]} {text}")
     return "; ".join(parts)
 
@@ -306,8 +304,7 @@ def coating(body: Material) -> str:
 
 
 def _one_ceiling(material: Material, counter_material: Material) -> bool:
-    ceilings = {material.ceiling, counter_material.ceiling}
-    return len(ceilings - {None}) == 1
+    return len({material.ceiling, counter_material.ceiling} - {None}) == 1
 
 
 def is_rigid(body: Material) -> bool:
@@ -486,8 +483,7 @@ def _counter_body(contact: ContactResult) -> str:
     rigid = is_rigid(other)
     if contact.counter_surface is None:
         return "a rigid flat" if rigid else f"a flat ({material_name(other)})"
-    name = map_name(contact.counter_surface)
-    return f"{name} ({'rigid' if rigid else material_name(other)})"
+    return f"{map_name(contact.counter_surface)} ({'rigid' if rigid else material_name(other)})"
 
 
 def bodies(contact: ContactResult, name: str = "") -> str:

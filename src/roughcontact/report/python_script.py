@@ -266,12 +266,12 @@ def _unrepeatable_steps(about: Provenance) -> list[str]:
         # The script repeats these notes with the array.
         while steps and steps[0].method == NOTE:
             del steps[0]
-    inner = [value for step in steps for value in step.arguments.values()]
     return [
         *(text for step in steps if step.method not in vars(Surface) for text in step.sentences),
         *(
             text
-            for value in inner
+            for step in steps
+            for value in step.arguments.values()
             if isinstance(value, Provenance)
             for text in _unrepeatable_steps(value)
         ),

@@ -178,8 +178,7 @@ def sampling(study: SamplingStudy) -> Figure:
         down to 5 %.
     """
     figure, axes = style.panels(7.2, 5.2)
-    area = study.whole.curve.nominal_area
-    side = math.sqrt(area)
+    side = math.sqrt(study.whole.curve.nominal_area)
     sizes = np.array([side / divisions for divisions in study.levels])
     factor, unit = style.prefixed(side, "m")
     ends = [float(sizes.min()), side]

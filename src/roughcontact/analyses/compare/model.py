@@ -510,8 +510,7 @@ def _after_preload(surface: Surface, pressure: float, problem: Mapping[str, Any]
             "is indented then is not modeled",
             argument="preload_pressure",
         )
-    load = pressure * surface.size[0] * surface.size[1]
-    history = load_history(surface, [load, 0.0], **terms)
+    history = load_history(surface, [pressure * surface.size[0] * surface.size[1], 0.0], **terms)
     if history.indented_body != "surface":
         raise InputError(
             "indents the counter-body, which is softer, and leaves the map unchanged; swap the "

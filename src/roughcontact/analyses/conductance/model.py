@@ -231,8 +231,7 @@ def greenwood(result: ContactResult) -> float:
         return math.nan
     radii = np.sqrt(spots.area / math.pi)
     pair = result.pair
-    family = pair.operators(result.precision, Workspace())
-    operator = family(pair.shape, (1, 1))
+    operator = pair.operators(result.precision, Workspace())(pair.shape, (1, 1))
     pressure = np.zeros(pair.shape)
     middle = _middles(spots, pair.boundary.periodic_axes)
     np.add.at(pressure.ravel(), middle, radii / result.pixel_area)
@@ -414,8 +413,7 @@ class Conductance(StepResult):
         known = [body.hardness for body in (pair.material, pair.counter_material) if body.hardness]
         if known:
             values["hardness"] = min(known)
-            coefficients = vickers_correlation(min(known)) or ()
-            values |= dict(zip(("c1", "c2"), coefficients, strict=False))
+            values |= dict(zip(("c1", "c2"), vickers_correlation(min(known)) or (), strict=False))
         return values
 
     @property
@@ -771,8 +769,7 @@ def _correlation(result: ContactResult, texture: Texture) -> float:
     slope = gradient / math.sqrt(math.pi)
     pressure = result.load / area
     if result.ceiling is None:
-        modulus = result.contact_modulus
-        joint = area * constriction.elastic_joint(pressure, modulus, slope, height)
+        joint = area * constriction.elastic_joint(pressure, result.contact_modulus, slope, height)
     else:
         hardness = float(np.mean(result.ceiling))
         joint = area * constriction.plastic_joint(pressure, hardness, slope, height)

@@ -265,8 +265,7 @@ def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
     texts = []
     if _thermal(result):
         if _by_area(result):
-            h = result.joint_conductance[index]
-            texts.append(f"h = {format_short(h, 'W/(m² K)')}")
+            texts.append(f"h = {format_short(result.joint_conductance[index], 'W/(m² K)')}")
         else:
             texts.append(f"R = {format_short(result.thermal_resistance[index], 'K/W')} (thermal)")
     if _electrical(result):

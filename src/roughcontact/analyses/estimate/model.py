@@ -280,8 +280,7 @@ def estimate(
 
     def estimate_at(limit: float | None, slope: float) -> Estimate:
         actual = replace(roughness, Sdq=roughness.Sdq * slope)
-        softer = softer_material(*bodies)
-        result = _estimated(mean, contact_modulus(*bodies), limit, actual, softer)
+        result = _estimated(mean, contact_modulus(*bodies), limit, actual, softer_material(*bodies))
         result = _with_joint(result, heights, *(body.conductivity for body in known))
         return replace(result, bodies=bodies, finish=drawn.text)
 
@@ -690,5 +689,4 @@ def _volume(
                 CautionTag.ESTIMATE_DOMAIN, f"No plastic depth: its formula holds for {outside[0]}."
             )
         ]
-    result = _with_interval(VOLUME, groups, roughness)
-    return result.times(roughness.Sq / roughness.Sdq), []
+    return _with_interval(VOLUME, groups, roughness).times(roughness.Sq / roughness.Sdq), []

@@ -114,8 +114,7 @@ class Formula:
         coordinates = self._coordinates(groups)
         value = self.value(groups, _products(self.terms, coordinates))
         spread = _sum(_products(self.scatter_terms, coordinates), self.scatter)
-        half = wider * self.factor * np.exp(spread)
-        return (value, *self._interval(groups, value, half))
+        return (value, *self._interval(groups, value, wider * self.factor * np.exp(spread)))
 
     def spread_design(self, groups: DimensionlessGroups) -> Array:
         """Return the terms of the scatter, shape (n, number of terms)."""

@@ -330,8 +330,7 @@ class _Finder:
             )
         except NotPassedError as stop:
             raise self.refusal(target, stop.end) from None
-        upper = name in COUNTED or abs(high[1]) <= abs(low[1])
-        x = high[0] if upper else low[0]
+        x = high[0] if name in COUNTED or abs(high[1]) <= abs(low[1]) else low[0]
         result = self.held.get(x) or self.contact_at(x, name, progress)
         below, above = (Side(math.exp(index), self.seen[index][name]) for index, _ in (low, high))
         self.held = {x: result}
@@ -356,8 +355,7 @@ class _Finder:
         bears = 0.5 * slope * pair.contact_modulus
         if ceiling is not None:
             bears = min(bears, float(np.mean(ceiling)))
-        share = value if name == CONTACT else 0.05
-        return math.log(share * bears * pair.size[0] * pair.size[1])
+        return math.log((value if name == CONTACT else 0.05) * bears * pair.size[0] * pair.size[1])
 
     def slope(self, target: Target) -> float:
         """Return the approximate slope of ln(quantity / value) over ln(load)."""

@@ -135,8 +135,7 @@ def indented(body: Surface, indentation: Array) -> Surface:
     """Return a body lowered by its indentation."""
     if not indentation.any():
         return body
-    step = Operation("indented", found={"depth": indentation.max()})
-    provenance = body.provenance.then(step)
+    provenance = body.provenance.then(Operation("indented", found={"depth": indentation.max()}))
     return replace(body, heights=body.heights - indentation, provenance=provenance)
 
 
@@ -575,8 +574,7 @@ def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, eac
             f"{ArgumentRef('surface')}, but here the counter-body is indented and moves: give a "
             "single ceiling, or swap the two bodies"
         )
-    untouched = np.zeros(bodies.indented.shape)
-    reference = bodies.pair_at(untouched, (0, 0)).highest
+    reference = bodies.pair_at(np.zeros(bodies.indented.shape), (0, 0)).highest
     way = _Path(bodies, replace(terms, ceiling=limit), stages, shifts, reference, each)
     _check_way(way)
     return way
@@ -773,8 +771,7 @@ def _cached_step(
     file, mark = _place(way, number, place)
     if not file.exists():
         return None
-    names = "index", "indented"
-    step, arrays = checkpoints.read_step(file, HistoryStep, names, mark, "history")
+    step, arrays = checkpoints.read_step(file, HistoryStep, ("index", "indented"), mark, "history")
     return step, checkpoints.unpack_map(arrays, "indented", way.bodies.pair.shape)
 
 

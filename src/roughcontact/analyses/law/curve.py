@@ -91,8 +91,7 @@ class Curve:
             rest = Curve(self.pressure[others], self.separation[others], known, self.first_touch)
             off = np.abs(rest.separation_at(self.pressure[odd]) - self.separation[odd])
             slope = self.slope[odd]
-            ratios = off[slope > 0] / slope[slope > 0]
-            worst = max(worst, float(ratios.max(initial=0.0)))
+            worst = max(worst, float((off[slope > 0] / slope[slope > 0]).max(initial=0.0)))
         return worst / (_FROM_NEIGHBORS if self.compliance is None else _COMPUTED)
 
     def fine(self) -> tuple[Array, Array]:
@@ -309,8 +308,7 @@ class PartSize:
 def judge_part_size(whole: Curve, parts: Curve, error: Array, within: Resolved) -> PartSize | None:
     """Return the difference of the laws of parts and whole maps; None without common range."""
     low = max(within.low, parts.pressure[0])
-    high = min(within.high, parts.pressure[-1])
-    inside = (whole.pressure >= low) & (whole.pressure <= high)
+    inside = (whole.pressure >= low) & (whole.pressure <= min(within.high, parts.pressure[-1]))
     pressures = whole.pressure[inside]
     # Convert a difference of separations to a relative difference of pressures, by the slope.
     slope = 1 / np.maximum(whole.slope[inside], 1e-300)

@@ -440,8 +440,7 @@ class InterfaceLaw(Result):
         `analyses.conductance.model.conductance`; the mean over the maps. NaN without `bodies`,
         infinite where a map is closed.
         """
-        bodies = self.bodies or ()
-        resistivity = math.fsum(1 / (body.conductivity or math.nan) for body in bodies)
+        resistivity = math.fsum(1 / (body.conductivity or math.nan) for body in self.bodies or ())
         return self._conductance(branch, resistivity, self.thermal_film)
 
     def electrical_conductance(self, branch: str = LOADING) -> Array:
@@ -828,8 +827,7 @@ def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
         gap -= gap.mean()
         gap *= math.sqrt(variance / gap.var())
     q, density, waves = spectrum.radial_spectrum(gap, pair.pixel)
-    area = gap.size * pair.pixel_area
-    return {"wave_numbers": q, "variances": density * waves / area}
+    return {"wave_numbers": q, "variances": density * waves / (gap.size * pair.pixel_area)}
 
 
 def _check(result: ContactResult, first: ContactResult) -> None:

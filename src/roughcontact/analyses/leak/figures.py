@@ -102,11 +102,9 @@ def _draw_flow(axes: Axes, answer: Leakage, flow: Flow) -> None:
     from matplotlib import colormaps
     from matplotlib.colors import LogNorm
 
-    result = answer.largest
-    size = result.surface.size
+    size = answer.largest.surface.size
     blocks = style.cell_size(flow.density.shape, size, style.CELLS_IN_PANEL)
-    mean = flow.permeability[flow.axis]
-    values = style.cell_max(flow.density.astype(float), blocks) / mean
+    values = style.cell_max(flow.density.astype(float), blocks) / flow.permeability[flow.axis]
     maximum = float(values.max())
     image = style.draw_map(
         axes, np.maximum(values, maximum * 10.0**-_DECADES), size, blocks, flow.density.shape

@@ -112,8 +112,7 @@ def _labelled(
     from scipy import ndimage
 
     label = np.empty(opened.shape, np.int32)
-    count = int(ndimage.label(opened, output=label))
-    parts = _Parts(count + 1)
+    parts = _Parts(int(ndimage.label(opened, output=label)) + 1)
     for seam in periodic_axes:
         for item, two in _seam_neighbors(label, seam):
             parts.join(item, two, int(seam == axis))
@@ -531,8 +530,7 @@ class GasState:
 
     def knudsen(self, gap: float, pressure: float) -> float:
         """Return the Knudsen number Kn = λ/g."""
-        path = mean_free_path(self.viscosity, pressure, self.molar_mass, self.temperature)
-        return path / gap
+        return mean_free_path(self.viscosity, pressure, self.molar_mass, self.temperature) / gap
 
     def mobility(self, gap: Array | float, pressure: Array | float) -> Array:
         """Return the mobility G: the flow over the flow of a viscous gas."""

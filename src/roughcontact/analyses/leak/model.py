@@ -740,8 +740,7 @@ def _gas_state(name: str, inlet: float, outlet: float, temperature: Quantity | N
     if not outlet < inlet:
         raise input_error("outlet", outlet, "must be below the inlet pressure")
     warmth = temperature_or_room(temperature)
-    viscosity = gas.viscosity_at(warmth)
-    return GasState(name, gas.molar_mass.value, viscosity, warmth, inlet, outlet)
+    return GasState(name, gas.molar_mass.value, gas.viscosity_at(warmth), warmth, inlet, outlet)
 
 
 def _require(known: dict[str, float], examples: dict[str, str]) -> None:

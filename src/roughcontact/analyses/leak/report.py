@@ -297,9 +297,8 @@ def _interval(result: Leakage, axis: int) -> Interval:
     base = None if result.base is None else flow_of(result.base.steps[-1])[axis]
     change = math.nan if base is None else relative_change(base, flow_of(result.steps[-1])[axis])
     draws = result.draws[axis:][:1]
-    name = f"permeability_{AXES[axis]}"
     return uncertainty_report.joint_interval(
-        result, name, value, axis, coarser, *draws, base=change
+        result, f"permeability_{AXES[axis]}", value, axis, coarser, *draws, base=change
     )
 
 
@@ -328,8 +327,7 @@ def _leaks(result: Leakage) -> str:
         return f"At {at} the permeability is {texts}."
     if result.seal.gas is None:
         return f"It leaks {texts} at {at}."
-    gas = result.seal.gas.name.capitalize()
-    return f"{gas} leaks {texts} at {at}."
+    return f"{result.seal.gas.name.capitalize()} leaks {texts} at {at}."
 
 
 def _class(result: Leakage) -> str:

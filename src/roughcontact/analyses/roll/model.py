@@ -646,8 +646,7 @@ def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     A step is one second of ParaView's time; the volume is part 0 of the series, the surface part 1.
     """
     require_suffix(path, ".pvd")
-    target = Path(path)
-    folder = target.with_suffix("")
+    folder = Path(path).with_suffix("")
     lines = []
     for time, (_, _, state) in enumerate(rolling.states(), 1):
         folder.mkdir(exist_ok=True)

@@ -177,8 +177,7 @@ _CRITERIA = {
 
 
 def _last_state_figure(entry: Illustration) -> Illustration:
-    chapter = RESULTS if entry is figures.SECTION else FILES
-    moved = replace(entry, chapter=chapter)
+    moved = replace(entry, chapter=RESULTS if entry is figures.SECTION else FILES)
     return figures.within_scene(lambda rolling: figures.VolumeScene(rolling.result), moved)
 
 
@@ -252,8 +251,7 @@ class RollingPresentation(Presentation):
             case Shakedown.PLASTIC_SHAKEDOWN:
                 return f"Plastic shakedown: each pass strains by {added} and back. Expect fatigue."
             case Shakedown.RATCHETING:
-                net = strain(last.strain_net)
-                return f"Ratchets: each pass adds {net} of net plastic strain."
+                return f"Ratchets: each pass adds {strain(last.strain_net)} of net plastic strain."
             case Shakedown.NOT_SETTLED:
                 return f"Not settled after {count_noun(count, 'pass')}: the last one adds {added}."
         return "Not resolved: the steps are longer than the contact half-width."
@@ -283,8 +281,7 @@ class RollingPresentation(Presentation):
         state = volume_report.VolumePresentation(rolling.result).rows(PROBLEM)
         kept = [row for row in state if row.key not in ("turns", "increments")]
         specified = [*self.rows(PROBLEM), *kept]
-        contact = rolling.result.solution
-        return chapters.input_blocks(contact, specified, "volume", self.is_drawn)
+        return chapters.input_blocks(rolling.result.solution, specified, "volume", self.is_drawn)
 
     def method(self) -> Iterator[str]:
         """Yield the paragraphs on the volume model."""

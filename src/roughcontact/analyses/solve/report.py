@@ -212,8 +212,7 @@ _YIELDING = {
 def _yields(result: ContactResult) -> str:
     if result.regime is Regime.SATURATED:
         saturated, area = (_known(result, f"{what}_fraction") for what in ("saturated", "contact"))
-        share = format_share(min(saturated / area, 1.0))
-        return f"; {share} of that is at the pressure ceiling."
+        return f"; {format_share(min(saturated / area, 1.0))} of that is at the pressure ceiling."
     return "." if result.pair.is_coated else f"; {_YIELDING[result.regime]}."
 
 

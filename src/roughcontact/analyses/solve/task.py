@@ -86,8 +86,7 @@ def under_other_ceiling(
     from roughcontact.contact.plausibility import other_ceiling
     from roughcontact.contact.result import BASE
 
-    bracket = is_bracket(first.pair, request[options.CEILING])
-    ceiling = BASE if bracket else other_ceiling(first)
+    ceiling = BASE if is_bracket(first.pair, request[options.CEILING]) else other_ceiling(first)
     if ceiling is None:
         return None
     with suppress(CapacityError):
@@ -171,8 +170,7 @@ def record(outcome: Outcome) -> dict[str, Any]:
 def _figures(request: Request) -> tuple[str, ...]:
     from roughcontact.report import figures
 
-    is_volume = request[MODEL] == VOLUME_MODEL
-    return figures.names(figures.VOLUME if is_volume else figures.CONTACT)
+    return figures.names(figures.VOLUME if request[MODEL] == VOLUME_MODEL else figures.CONTACT)
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:

@@ -35,15 +35,13 @@ def uncertainty_budget(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Figur
     left = np.zeros(len(rows))
     for number, source in enumerate(sources):
         shares = np.array([100 * budget.get(source, 0.0) for _, budget in rows])
-        color = style.SERIES[number % len(style.SERIES)]
-        hatch = "///" if number >= len(style.SERIES) else None
         axes.barh(
             range(len(rows)),
             shares,
             left=left,
-            color=color,
+            color=style.SERIES[number % len(style.SERIES)],
             label=source,
-            hatch=hatch,
+            hatch="///" if number >= len(style.SERIES) else None,
             edgecolor="white",
             height=0.7,
         )

@@ -225,8 +225,7 @@ def shown_depth(result: StressResult, values: Any, depth: float | None, width: f
         raise InputError("a section needs at least two depths, and the result has one")
     if depth is None:
         strong = int(np.flatnonzero(values.max(axis=1) >= _STRONG * values.max())[-1])
-        weak = min(strong + 1, depths.size - 1)
-        depth = max(float(depths[weak]), _MIN_DEPTH_RATIO * width)
+        depth = max(float(depths[min(strong + 1, depths.size - 1)]), _MIN_DEPTH_RATIO * width)
     if not 0 < depth < math.inf:
         raise input_error("depth", depth, "must be positive and finite [m]")
     return min(depth, float(depths[-1]))

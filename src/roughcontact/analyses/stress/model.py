@@ -294,8 +294,7 @@ class StressResult(Result):
         OSError
             If the file cannot be written; an old file survives.
         """
-        packed = dict.fromkeys(archive.PACKED, netcdf.PACKED)
-        netcdf.write(to_dataset(self), path, packed)
+        netcdf.write(to_dataset(self), path, dict.fromkeys(archive.PACKED, netcdf.PACKED))
 
 
 def to_dataset(result: StressResult) -> netcdf.Dataset:

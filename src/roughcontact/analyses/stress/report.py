@@ -52,8 +52,7 @@ def _tension_place(stress: StressResult) -> str:
 
 
 def _has_tension(stress: StressResult) -> bool:
-    pulled = stress.friction or stress.traction is not None
-    return bool(pulled) and stress.max_tension is not None
+    return bool(stress.friction or stress.traction is not None) and stress.max_tension is not None
 
 
 def _shear(axis: int) -> Callable[[StressResult], float]:

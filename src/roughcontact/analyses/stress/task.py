@@ -67,8 +67,7 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.analyses.stress.model import require_memory
 
     request.require_contact(shape)
-    boundary = Boundary(request[options.BOUNDARY])
-    require_memory(shape, boundary=boundary, friction=request[FRICTION])
+    require_memory(shape, boundary=Boundary(request[options.BOUNDARY]), friction=request[FRICTION])
 
 
 def _record(outcome: Outcome) -> dict[str, Any]:

@@ -314,8 +314,7 @@ max_iterations, precision, device
     place = None if folder is None else Path(folder)
     if not is_bracket(pair, ceiling):
         return solve_curve(ceiling, place)
-    coating = solve_curve(COATING, place)
-    return replace(coating, base=solve_curve(BASE, place and place / BASE))
+    return replace(solve_curve(COATING, place), base=solve_curve(BASE, place and place / BASE))
 
 
 def contact_curve(

@@ -304,9 +304,8 @@ class CurvePresentation(Presentation):
         """Return the remarks on the intervals, and the accuracy of the steps."""
         curve = self.result
         most = max(step.certificate for step in curve.steps)
-        limits = curve.intervals[-1].remarks if curve.intervals else ()
         return (
-            *limits,
+            *(curve.intervals[-1].remarks if curve.intervals else ()),
             f"Solved: {len(curve.steps)} contacts, certificate {order_of_magnitude(most)} at most",
         )
 

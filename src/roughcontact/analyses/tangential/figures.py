@@ -66,10 +66,9 @@ def _draw_traction(axes: Axes, result: Tangential) -> None:
 def _draw_stick(axes: Axes, result: Tangential) -> None:
     size, shape = result.solution.pair.size, result.bound.shape
     blocks = style.cell_size(shape, size, style.CELLS_IN_PANEL)
-    slips = (result.bound > 0) & ~result.stick
     shares = [
         (_STICK, style.cell_share(result.stick, blocks)),
-        (_SLIP, style.cell_share(slips, blocks)),
+        (_SLIP, style.cell_share((result.bound > 0) & ~result.stick, blocks)),
     ]
     style.draw_map(axes, style.mix_colors(shares, style.OPEN), size, blocks, shape)
     style.patch_legend(axes, [(_STICK, "stick"), (_SLIP, "slip"), (style.OPEN, "no contact")])
@@ -106,13 +105,12 @@ def _draw_curve(axes: Axes, result: Tangential) -> None:
         axes.plot(sign * along, sign * up, color=style.SERIES[0], label="superposition")
         # Masing: the branches of the loop are the curve at twice its size, from both ends.
         for end in (1, -1):
-            label = "cycle" if end == 1 else None
             axes.plot(
                 end * (along[-1] - 2 * along),
                 end * (up[-1] - 2 * up),
                 "--",
                 color=style.SERIES[2],
-                label=label,
+                label="cycle" if end == 1 else None,
             )
     axes.plot(shift * length, force * factor, "o", color=style.SERIES[1], label="solved")
     reach = 1.1 * float(abs(shift).max()) * length
@@ -151,10 +149,9 @@ def fretting(result: Tangential) -> Figure:
         raise InputError("the result has no stress: compute it with stress=True")
     pair, loaded = result.solution.pair, result.bound > 0
     tension = np.maximum(result.fretting.tension, 0)
-    ruiz = np.where(loaded, result.fretting.ruiz, np.nan)
     panels = (
         ("Tension at the surface", tension, *style.prefixed(float(tension.max()), "Pa")),
-        ("Ruiz' parameter", ruiz, 1e-9, "MPa²·mm"),
+        ("Ruiz' parameter", np.where(loaded, result.fretting.ruiz, np.nan), 1e-9, "MPa²·mm"),
     )
     aspect = 0.8 if pair.is_profile else style.shown_aspect(pair.size)
     figure = style.empty_figure(10.4, max(1.6 + 3.6 * aspect, 4.4))

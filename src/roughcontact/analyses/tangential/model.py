@@ -657,8 +657,7 @@ class _Path:
         assert contact is not None
         shape = contact.pressure.shape
         index = np.flatnonzero(contact.pressure)
-        last = self.steps[-1]
-        ahead = self.along if last.force >= 0 else -self.along
+        ahead = self.along if self.steps[-1].force >= 0 else -self.along
         area = contact.pixel_area
         end = self.traction[:, index], self.last_slip[:, index], self.bound[index]
         return Tangential(

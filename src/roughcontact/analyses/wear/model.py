@@ -424,8 +424,7 @@ class _Run:
                 continue
             body = bodies[number] or Surface(np.zeros(depth.shape), self.pair.pixel, _FLAT)
             heights = body.heights - coefficient / sum(self.shaping) * depth
-            operations = (*body.provenance.operations, *notes)
-            provenance = replace(body.provenance, operations=operations)
+            provenance = replace(body.provenance, operations=(*body.provenance.operations, *notes))
             bodies[number] = replace(body, heights=heights, provenance=provenance)
         assert bodies[0] is not None
         return replace(self.pair, surface=bodies[0], counter_surface=bodies[1])
@@ -572,8 +571,7 @@ def _moved(before: Array, after: Array) -> float:
 
 def _file(place: RunFolder, number: int) -> tuple[Path, dict[str, Any]]:
     """Return the file of a step, and the record that identifies it."""
-    mark = {"problem": place.problem, "number": number}
-    return place.folder / f"step-{number:04d}.npz", mark
+    return place.folder / f"step-{number:04d}.npz", {"problem": place.problem, "number": number}
 
 
 def _write_step(place: RunFolder, number: int, step: WearStep, state: _State) -> None:
