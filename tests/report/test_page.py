@@ -286,7 +286,7 @@ def test_inapplicable_parts_are_omitted() -> None:
 @pytest.mark.parametrize(
     ("problem", "words"),
     [
-        ({"boundary": "periodic"}, "repeats along x and y"),
+        ({"boundary": "periodic"}, "the map is one period"),
         ({"precision": "single"}, "seven digits"),
         ({"load": None, "approach": 2e-7}, "at an approach of 200 nm?"),
         ({"load": "20 MPa"}, "in contact at 20 MPa?"),

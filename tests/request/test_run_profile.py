@@ -77,7 +77,7 @@ def test_report_on_profile_states_assumptions(trace, tmp_path):
     for words in (
         "Straight ridges",
         "the surface is rough in both directions",
-        "at a distance of 500 µm",
+        "at a distance of the longer side",
         ">R</th>",
         "ISO 21920-2",
         "How much of trace.txt is in contact under 20 N/mm?",

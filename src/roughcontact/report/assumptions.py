@@ -13,16 +13,15 @@ from typing import Any
 import numpy as np
 
 from roughcontact.contact import plausibility
-from roughcontact.contact.plausibility import LARGE_SLOPE, LARGE_STRAIN, load_bearing_spot_pixels
+from roughcontact.contact.plausibility import LARGE_SLOPE, LARGE_STRAIN
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material, contact_modulus, softer_material
 from roughcontact.report.kind import Cells
-from roughcontact.report.phrases import is_rigid
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import count_noun, format_engineering, format_lengths, format_percent
+from roughcontact.units import count_noun, format_percent
 
 HEAD = ("The model assumes", "In this case", "Matters if")
 
@@ -34,8 +33,6 @@ class Case:
     bodies: tuple[Material, Material]  # Body with the map, and counter-body
     boundary: Boundary  # Boundary condition
     origins: Sequence[Provenance]  # Provenances of the maps
-    size: tuple[float, float]  # Sides (y, x) of a map [m]
-    pixel: tuple[float, float]  # Pixel edges (y, x) of a map [m]
     slope: float  # rms slope of the gap
     contact_slope: float  # The same from points near the contact
     max_pressure: float  # Largest pressure [Pa]
@@ -70,8 +67,6 @@ def contact_case(
         (result.material, result.counter_material),
         result.boundary,
         pair.origins,
-        pair.size,
-        pair.pixel,
         pair.rms_slope,
         plausibility.rms_slope(result),
         result.max_pressure,
@@ -91,8 +86,6 @@ def sample_case(samples: Sequence[Any]) -> Case:
         first.bodies,
         first.curve.boundary,
         [o for s in samples for o in s.curve.origins],
-        min(s.size for s in samples),
-        max(s.pixel for s in samples),
         *2 * (max(slopes, default=math.nan),),
         max(s.numbers["max_pressure"] for s in samples),
         first.curve.ceiling,
@@ -131,22 +124,6 @@ def _slope(case: Case) -> str:
     return f"rms slope {case.contact_slope:.3g} at the contact: error {error}"
 
 
-def _half_spaces(case: Case) -> str:
-    names = ("the body", "the counter-body")
-    rigid = [name for name, body in zip(names, case.bodies, strict=True) if is_rigid(body)]
-    return "both bodies deform" if not rigid else f"{rigid[0]} is rigid"
-
-
-def _boundary_text(case: Case) -> str:
-    size = format_lengths([float(f"{side:.3g}") for side in case.size[case.is_profile :]])
-    axes = ["xy"[1 - axis] for axis in case.boundary.periodic_axes]
-    if case.is_profile:
-        axes = ["x"] if case.boundary is Boundary.PERIODIC else []
-    if not axes:
-        return f"the map, {size}; no contact beyond its edges"
-    return f"the map, {size}, repeats along {' and '.join(sorted(axes))}"
-
-
 def _periodic(case: Case) -> bool:
     # A profile with free ends is periodic along y.
     ends = case.is_profile and case.boundary is Boundary.PERIODIC_Y
@@ -174,15 +151,6 @@ def _counter_body(case: Case) -> bool:
     return case.contact is not None and case.contact.counter_surface is not None
 
 
-def _grid(case: Case) -> str:
-    pixel = format_lengths([float(f"{edge:.3g}") for edge in case.pixel[case.is_profile :]])
-    if case.contact is None or not case.contact.load:
-        return f"pixel {pixel}"
-    pixels = load_bearing_spot_pixels(case.contact, case.contact.spots())
-    what = "segments" if case.is_profile else "spots"
-    return f"pixel {pixel}; half of the load is on {what} of {count_noun(pixels, 'pixel')} or more"
-
-
 def _missing(case: Case) -> str:
     text = []
     if case.contact is not None and (gone := int(np.count_nonzero(np.isnan(case.contact.gap)))):
@@ -207,20 +175,6 @@ def _plastic_strain(case: Case) -> str:
     return strain if math.isnan(slope) else f"{strain}; slope under the contact {slope:.3g}"
 
 
-def _layers(case: Case) -> str:
-    assert case.volume is not None
-    body = case.volume.bodies[0]
-    thin, thick = (format_engineering(h, "m", 3) for h in (body.thickness[0], body.thickness[-1]))
-    deep = format_engineering(float(body.thickness.sum()), "m", 3)
-    return f"layers of {thin} (surface) to {thick}, {deep} deep"
-
-
-def _friction(case: Case) -> str:
-    assert case.volume is not None
-    largest = max(step.friction for step in case.volume.increments)
-    return f"traction {largest:.3g} of the pressure everywhere" if largest else "no traction"
-
-
 def _is_single(case: Case) -> bool:
     result = case.volume or case.contact
     return result is not None and result.precision == "single"
@@ -233,20 +187,19 @@ ASSUMPTIONS = (
         "the surface is rough in both directions",
         lambda c: c.is_profile,
     ),
-    Assumption("Half-spaces", _half_spaces, "a coating, thin wall or edge is near"),
-    Assumption("Periodic sample", _boundary_text, "waves are longer than the map", _periodic),
+    Assumption("Half-spaces", "no other face is near", "a coating, thin wall or edge is near"),
+    Assumption(
+        "Periodic sample", "the map is one period", "waves are longer than the map", _periodic
+    ),
     Assumption(
         "No contact beyond the map edge",
-        _boundary_text,
+        "the face ends with the map",
         "the map is a sample of a larger face",
         lambda c: not _periodic(c),
     ),
     Assumption(
         "Datum of the approach",
-        lambda c: (
-            "a line load causes no displacement at a distance of "
-            f"{format_engineering(c.size[1] if c.is_profile else max(c.size), 'm', 3)}"
-        ),
+        "a line load causes no displacement at a distance of the longer side",
         "approach or stiffness is used",
         lambda c: len(c.boundary.periodic_axes) == 1,
     ),
@@ -261,7 +214,7 @@ ASSUMPTIONS = (
     ),
     Assumption(
         "No plastic flow",
-        lambda c: f"elastic; peak pressure {format_engineering(c.max_pressure, 'Pa', 3)}",
+        "elastic at any pressure",
         "a metal yields (peak pressure above 1.6 σ_Y)",
         lambda case: case.ceiling is None and not _yields(case),
     ),
@@ -271,7 +224,9 @@ ASSUMPTIONS = (
         "load reverses, or creep, fracture or heat occur",
         _yields,
     ),
-    Assumption("Layers", _layers, "peaks are narrower than a layer or pixel", _yields),
+    Assumption(
+        "Layers", "strain is constant in a layer", "peaks are narrower than a layer", _yields
+    ),
     Assumption(
         "No friction, no adhesion",
         "pressure is normal and never negative",
@@ -279,7 +234,10 @@ ASSUMPTIONS = (
         lambda c: not _path_travels(c),
     ),
     Assumption(
-        "Rolling without slip zones", _friction, "torque, spin or a lubricant act", _path_travels
+        "Rolling without slip zones",
+        "traction is friction times pressure everywhere",
+        "torque, spin or a lubricant act",
+        _path_travels,
     ),
     Assumption(
         "Smooth counter-body",
@@ -293,7 +251,11 @@ ASSUMPTIONS = (
         "their position may change",
         _counter_body,
     ),
-    Assumption("Constant pressure on a pixel", _grid, "spots have fewer than 10 pixels"),
+    Assumption(
+        "Constant pressure on a pixel",
+        "no detail below the pixel",
+        "spots have fewer than 10 pixels",
+    ),
     Assumption("Missing points", _missing, "they are on summits", lambda c: bool(_missing(c))),
     Assumption(
         "One slow loading",
@@ -303,16 +265,13 @@ ASSUMPTIONS = (
     ),
     Assumption(
         "Archard's law of wear",
-        lambda c: f"{format_engineering(c.wear.distance, 'm')} under one load; debris leaves",
+        "one load; debris leaves",
         "debris, films, heat or creep change the faces",
         lambda c: c.wear is not None,
     ),
     Assumption(
         "Path of loads",
-        lambda c: (
-            f"{count_noun(len(c.history.steps), 'stage')}; unloading is elastic, "
-            "displaced material is lost"
-        ),
+        "unloading is elastic, displaced material is lost",
         "displaced material or residual stress matters",
         lambda c: c.history is not None,
     ),
