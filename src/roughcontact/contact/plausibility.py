@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +42,6 @@ from roughcontact.surface.cleaning import filling
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import indenters
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
-
-if TYPE_CHECKING:
-    from roughcontact.contact.result import ContactResult
 
 TRANSITION = 2.0
 """Ratio of the load to that of first yield from which residual indentations are compared."""
@@ -488,7 +484,9 @@ def _check_slopes(result: ContactResult) -> Caution | None:
 
 def map_cautions(surface: Surface) -> tuple[Caution, ...]:
     """Return the cautions on a leveled map that hold in every contact."""
-    found = (steepness_caution(surface), spike_caution(surface))
+    slope = roughness.median_gradient(surface.heights, surface.pixel)
+    steep = _implausible_slope(slope, "Half of the map is steeper than")
+    found = (steep, spike_caution(surface))
     return sort_cautions(caution for caution in found if caution is not None)
 
 
@@ -502,12 +500,6 @@ def _implausible_slope(slope: float, what: str) -> Caution | None:
         "steep. Check unit and missing points.",
         slope=slope,
     )
-
-
-def steepness_caution(surface: Surface) -> Caution | None:
-    """Return the message on a map of which half is steeper than any measured map."""
-    slope = roughness.median_gradient(surface.heights, surface.pixel)
-    return _implausible_slope(slope, "Half of the map is steeper than")
 
 
 def _range_adjective(value: float, ends: tuple[float, float], low: str, high: str) -> str:
@@ -615,9 +607,7 @@ def shown_error(result: ContactResult) -> float:
             return math.nan if hardens else SHOWN_CONFINED
         if rough:
             return math.nan
-    if hardens:
-        return SHOWN_HARDENING
-    return SHOWN_ROUGH if rough else SHOWN_SPHERE
+    return SHOWN_HARDENING if hardens else SHOWN_ROUGH if rough else SHOWN_SPHERE
 
 
 def _check_coating(result: ContactResult) -> Caution | None:
@@ -809,8 +799,7 @@ _SEAM = 2.0
 
 def points_near_contact(result: ContactResult) -> NDArray[np.bool_]:
     """Return the measured points inside or near the contact, shape (ny, nx)."""
-    near: NDArray[np.bool_] = (result.initial_gap <= result.approach) | result.contact
-    return near
+    return (result.initial_gap <= result.approach) | result.contact
 
 
 def rms_slope(result: ContactResult) -> float:

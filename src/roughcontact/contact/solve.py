@@ -237,9 +237,9 @@ def solve_pair(
         return _solve_self_consistent_ceiling(pair, terms, start, on_failure, progress)
     began = time.perf_counter()
     stated = validation.build_problem(pair, terms, start)
-    interruptible = on_interrupt == "return"
     work = Workspace(workers)
-    solution, slope = _solve_problem(pair, terms, stated, start, progress, interruptible, work)
+    watch = {"progress": progress, "interruptible": on_interrupt == "return"}
+    solution, slope = _solve_problem(pair, terms, stated, work, start, **watch)
     # A stored error would keep the memory of the solve alive.
     del stated.problem, work
     result = _make_result(pair, terms, stated, solution, slope, began)
@@ -300,7 +300,7 @@ def _solve_calibrated(first: ContactResult, terms: LoadCase, watch: Watch) -> Ca
     terms = replace(terms, ceiling=advice.ceiling, tolerance=tolerance)
     if terms.moments is None:
         terms = replace(terms, precision="single")
-    return _solve_again(first, terms, start, advice.factor, advice.load_ratio, watch)
+    return _solve_again(first, terms, start, watch, advice.factor, advice.load_ratio)
 
 
 def _under_base(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrated | None:
@@ -308,16 +308,16 @@ def _under_base(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrat
     if not first.converged:
         return None
     terms = replace(terms, ceiling=BASE)
-    return _solve_again(first, terms, first.pressure, math.nan, math.nan, watch)
+    return _solve_again(first, terms, first.pressure, watch)
 
 
 def _solve_again(
     first: ContactResult,
     terms: LoadCase,
     start: NDArray[np.float64],
-    factor: float,
-    load_ratio: float,
     watch: Watch,
+    factor: float = math.nan,
+    load_ratio: float = math.nan,
 ) -> Calibrated | None:
     """Return the same contact under another ceiling."""
     try:
@@ -357,29 +357,22 @@ def _solve_problem(
     pair: Pair,
     terms: LoadCase,
     stated: validation.ContactProblem,
-    start: ContactResult | ArrayLike | None,
-    progress: Watch,
-    interruptible: bool,
     workspace: Workspace,
+    start: ContactResult | ArrayLike | None,
+    **options: Any,
 ) -> tuple[bounded.BoundedSolution, tuple[float, float]]:
     """Return the solution and the tilt."""
-    options: dict[str, Any] = {
+    units = stated.scale
+    options |= {
         "tolerance": terms.certificate,
         "max_iterations": int(terms.max_iterations),
-        "start": None if start is None else _loaded_pixels(start, stated.scale),
-        "progress": progress,
+        "start": None if start is None else _loaded_pixels(start, units),
     }
-    units = stated.scale
     make = pair.operators(terms.precision, workspace, units.pressure / units.length)
     if stated.target is None:
-        return bounded.solve(stated.problem, make, interruptible=interruptible, **options), (
-            0.0,
-            0.0,
-        )
+        return bounded.solve(stated.problem, make, **options), (0.0, 0.0)
     pixel = pair.pixel[0] / units.length, pair.pixel[1] / units.length
-    return rigid_tilt.solve(
-        stated.problem, make, stated.target, pixel, interruptible=interruptible, **options
-    )
+    return rigid_tilt.solve(stated.problem, make, stated.target, pixel, **options)
 
 
 def _loaded_pixels(start: ContactResult | ArrayLike, units: ProblemUnits) -> Loaded:
@@ -445,12 +438,11 @@ def _solve_status(
     status = solution.status
     if status is Status.CONVERGED and load_error > LOAD_TOLERANCE:
         status = Status.STALLED
-    words: str = status.value
     if status is Status.CONVERGED and stated.target is not None:
         centre = np.array(center_of_pressure(pressure, pair.pixel)) / max(pair.size)
         if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
-            words = MOMENT_ERROR_TEXT
-    return words
+            return MOMENT_ERROR_TEXT
+    return str(status.value)
 
 
 def _error_result(result: ContactResult) -> ConvergenceError:

@@ -503,8 +503,7 @@ class Conductance(StepResult):
 
     def _per_area(self, resistance: Array) -> Array:
         with np.errstate(divide="ignore"):
-            conductance: Array = 1 / (resistance * self.nominal_area)
-        return conductance
+            return 1 / (resistance * self.nominal_area)
 
 
 @validate_arguments

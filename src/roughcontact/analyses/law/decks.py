@@ -309,8 +309,7 @@ def _words(table: LawTable) -> str:
 
 def _overclosure(table: LawTable) -> Array:
     """Return the approach of the mean planes since first touch [m]."""
-    closure: Array = table.separation[0] - table.separation
-    return closure
+    return table.separation[0] - table.separation
 
 
 def _comments(text: str, mark: str = "**") -> list[str]:

@@ -155,8 +155,7 @@ def _fill_from_nearest(values: Array, periodic_axes: tuple[int, ...]) -> Array:
         slice(margin, margin + points)
         for (margin, _), points in zip(margins, values.shape, strict=True)
     )
-    filled: Array = padded[tuple(nearest)][inner]
-    return filled
+    return padded[tuple(nearest)][inner]
 
 
 def fluid_pressure(

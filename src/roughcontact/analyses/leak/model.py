@@ -191,8 +191,7 @@ class Seal:
         if self.gas is None:
             return self.pressure_difference * potential
         inlet, outlet = self.gas.inlet, self.gas.outlet
-        pressure: Array = np.sqrt(outlet**2 + potential * (inlet**2 - outlet**2)) - outlet
-        return pressure
+        return np.sqrt(outlet**2 + potential * (inlet**2 - outlet**2)) - outlet
 
     @property
     def mean_pressure(self) -> float:
@@ -351,8 +350,7 @@ class Leakage(StepResult):
     def fluid_share(self) -> Array:
         """Share of the load that the fluid carries, shape (n,); 0 without a fluid."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            share: Array = self.column("fluid_load") / self.column("load")
-        return share
+            return self.column("fluid_load") / self.column("load")
 
     @property
     def fluid_load(self) -> Array:
@@ -378,8 +376,7 @@ class Leakage(StepResult):
         The factor is 1 for smooth plates with the same mean gap.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
-            factor: Array = self.permeability(axis) / self.column("mean_gap") ** 3
-        return factor
+            return self.permeability(axis) / self.column("mean_gap") ** 3
 
     def shear_flow_factor(self, axis: int) -> Array:
         """Return the shear-flow factor φ_s of Patir and Cheng, shape (n,).
@@ -404,8 +401,7 @@ class Leakage(StepResult):
     def gap_ratio(self) -> Array:
         """Mean gap over root-mean-square height ū/σ, shape (n,)."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio: Array = self.column("mean_gap") / self.roughness
-        return ratio
+            return self.column("mean_gap") / self.roughness
 
     def critical_gap(self, axis: int) -> Array:
         """Return the gap at the narrowest constriction [m], shape (n,); 0 without open path."""

@@ -532,8 +532,9 @@ class _Path:
         self, contact: ContactResult, force: float | None = None, shift: float | None = None
     ) -> None:
         """Solve one step and append it to the path."""
-        index, bound = self._bound(contact)
-        area = contact.pixel_area
+        index, area = np.flatnonzero(contact.pressure), contact.pixel_area
+        bound = self.friction * contact.pressure.ravel()[index]
+        bound = np.minimum(bound, shear_strength(self.result))
         before = self.steps[-1].force if self.steps else 0.0
         if force is not None:
             self._require_stick(contact, force, float(bound.sum()) * area)
@@ -563,11 +564,6 @@ class _Path:
             )
             words = Sentence(text, *message_parts(solution.status.value))
             raise ConvergenceError(words, self.outcome())
-
-    def _bound(self, contact: ContactResult) -> tuple[NDArray[np.int64], Array]:
-        index = np.flatnonzero(contact.pressure)
-        pressure = contact.pressure.ravel()[index]
-        return index, np.minimum(self.friction * pressure, shear_strength(self.result))
 
     def _require_stick(self, contact: ContactResult, force: float, capacity: float) -> None:
         if abs(force) < capacity * (1 - 1e-9):
