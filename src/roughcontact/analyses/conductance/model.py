@@ -43,17 +43,9 @@ from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import Mean
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, as_warning
+from roughcontact.contact import series
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.series import (
-    ONE_ROUGH_FACE,
-    CalibratedChange,
-    StepResult,
-    evaluate_contacts,
-    mean_step,
-    parse_positive,
-    relative_change,
-)
 from roughcontact.contact.spots import Spots
 from roughcontact.contact.stiffness import constriction_length
 from roughcontact.errors import ArgumentRef, InputError, input_error
@@ -117,12 +109,12 @@ def filling_of(
         if isinstance(gap, str) and not gap[:1].isdigit():
             known = ", ".join((*fluids.entries(), VACUUM))
             raise input_error("gap", gap, f"must be one of {known}, or a conductivity")
-        conductivity = parse_positive(gap, "conductivity", "gap")
+        conductivity = series.parse_positive(gap, "conductivity", "gap")
         return Filling(f"{conductivity:.4g} W/(m K)", conductivity)
     if isinstance(fluid, fluids.Liquid):
         return Filling(fluid.name, fluid.conductivity.value)
     warmth = temperature_or_room(temperature)
-    press = parse_positive(BAR if pressure is None else pressure, "pressure", "gap_pressure")
+    press = series.parse_positive(BAR if pressure is None else pressure, "pressure", "gap_pressure")
     path = mean_free_path(fluid.viscosity_at(warmth), press, fluid.molar_mass.value, warmth)
     ratio, share = fluid.heat_capacity_ratio.value, fluid.accommodation.value
     jump = jump_distance(path, share, ratio, fluid.prandtl)
@@ -132,7 +124,7 @@ def filling_of(
 def temperature_or_room(temperature: Quantity | None) -> float:
     """Return a temperature [K], by default room temperature."""
     given = ROOM_TEMPERATURE if temperature is None else temperature
-    return parse_positive(given, "temperature", "temperature")
+    return series.parse_positive(given, "temperature", "temperature")
 
 
 def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> float:
@@ -308,7 +300,7 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Conductance(StepResult):
+class Conductance(series.StepResult):
     """Electrical and thermal resistance of a contact under one load or several.
 
     Parameters
@@ -351,7 +343,7 @@ class Conductance(StepResult):
     messages: tuple[Caution, ...] = ()
     extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
-    calibrated: CalibratedChange | None = None
+    calibrated: series.CalibratedChange | None = None
     filling: Filling | None = None
     temperature: float = ROOM_TEMPERATURE
     current: float | None = None
@@ -362,7 +354,9 @@ class Conductance(StepResult):
         """Return the mean of this and other pairs of faces under the same loads."""
         every = (self, *others)
         lengths = [item.steps[-1].length for item in every]
-        steps = (mean_step(steps, ()) for steps in zip(*(x.steps for x in every), strict=True))
+        steps = (
+            series.mean_step(steps, ()) for steps in zip(*(x.steps for x in every), strict=True)
+        )
         return replace(self, steps=tuple(steps), draws=(statistics.mean_with_interval(lengths),))
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> Conductance:
@@ -374,8 +368,8 @@ class Conductance(StepResult):
             The same bodies under the largest load and the calibrated ceiling.
         """
         fine = self.steps[-1]
-        length = relative_change(constriction_length(contact), fine.length)
-        change = CalibratedChange.from_contact(contact, fine.contact_area, length)
+        length = series.relative_change(constriction_length(contact), fine.length)
+        change = series.CalibratedChange.from_contact(contact, fine.contact_area, length)
         return replace(self, calibrated=change)
 
     def with_length(self, length: float) -> Conductance:
@@ -594,7 +588,7 @@ def conductance(
     filling = None if gap is None else filling_of(gap, gap_pressure, warmth)
     if filling is not None and math.isnan(_thermal_resistivity(bodies)):
         raise InputError("needs the conductivity of both bodies", argument="gap")
-    amperes = None if current is None else parse_positive(current, "current", "current")
+    amperes = None if current is None else series.parse_positive(current, "current", "current")
     if amperes and None in (body.resistivity for body in bodies):
         raise InputError("needs the resistivity of both bodies", argument="current")
     texture_of = lru_cache(maxsize=1)(Texture)
@@ -605,7 +599,7 @@ def conductance(
         texture = texture_of(result.pair)
         return _step(result, texture, bodies, filling), _joint_cautions(result, texture), None
 
-    steps, messages, largest, _ = evaluate_contacts(contacts, SUBJECT, evaluate)
+    steps, messages, largest, _ = series.evaluate_contacts(contacts, SUBJECT, evaluate)
     result = Conductance(
         steps,
         bodies,
@@ -751,7 +745,7 @@ def _conducting_layer(layer: Layer, kind: str) -> ConductingLayer:
 def _joint_cautions(result: ContactResult, texture: Texture) -> Iterator[Caution]:
     """Yield the cautions on the joint."""
     if result.counter_surface is None:
-        yield ONE_ROUGH_FACE
+        yield series.ONE_ROUGH_FACE
     if result.hertz is None:
         yield from form_note(texture)
 

@@ -21,21 +21,11 @@ from roughcontact.analyses.law import curve as law_curve
 from roughcontact.analyses.law.curve import ERROR, Asperities, Curve, Resolved, asperities
 from roughcontact.analyses.tangential import model as tangential
 from roughcontact.cautions import Caution, CautionTag, as_caution, merge_cautions, sort_cautions
-from roughcontact.contact import spots
+from roughcontact.contact import series, spots
 from roughcontact.contact.nominal_hertz import shape_of
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.series import (
-    ONE_ROUGH_FACE,
-    CalibratedChange,
-    Window,
-    relative_change,
-    require_alike,
-    require_one_model,
-    same_heights,
-    window_of,
-)
 from roughcontact.contact.stiffness import local_stiffness
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.material.material import Conductor
@@ -73,7 +63,7 @@ class MapLaw:
 
     name: str  # Name of the map
     pair: Pair  # The bodies
-    window: Window | None  # The part inside the rim
+    window: series.Window | None  # The part inside the rim
     first_touch: float  # Separation ū at first touch [m]
     unloading_touch: float  # Separation ū at first touch, of the unloading branch [m]
     loading: tuple[LawPoint, ...]  # By ascending pressure
@@ -233,7 +223,7 @@ class InterfaceLaw(Result):
     thermal_film: float = 0.0
     friction: Friction | None = None
     coarser: LawChange | None = None
-    calibrated: CalibratedChange | None = None
+    calibrated: series.CalibratedChange | None = None
 
     def with_coarser_grid(self, contact: ContactResult) -> InterfaceLaw:
         """Return the law with its change on a coarser grid.
@@ -254,7 +244,9 @@ class InterfaceLaw(Result):
             The first map under its largest load and the calibrated ceiling.
         """
         area, changes = self.largest.contact_area, self._changes(contact)
-        return replace(self, calibrated=CalibratedChange.from_contact(contact, area, *changes))
+        return replace(
+            self, calibrated=series.CalibratedChange.from_contact(contact, area, *changes)
+        )
 
     def _changes(self, contact: ContactResult) -> tuple[float, float]:
         """Return the relative changes of closing and stiffness of the first map."""
@@ -274,7 +266,7 @@ class InterfaceLaw(Result):
         closing = law.loading[0].separation - last.separation
         return (
             (last.separation - point.separation) / closing,
-            relative_change(point.stiffness, last.stiffness),
+            series.relative_change(point.stiffness, last.stiffness),
         )
 
     @property
@@ -673,7 +665,7 @@ class _Samples:
     """Points of the law collected from one map."""
 
     pair: Pair
-    window: Window | None
+    window: series.Window | None
     rim: float
     largest: ContactResult
     points: list[LawPoint] = field(default_factory=list)
@@ -702,9 +694,11 @@ def _collect_points(contacts: Iterable[ContactResult]) -> list[_Samples]:
         # A repeated load starts another map, even one with the same heights.
         known = (item for item in answer if result.load not in item.loads)
         _check(result, answer[0].largest if answer else result)
-        samples = next((item for item in known if same_heights(item.pair, result.pair)), None)
+        samples = next(
+            (item for item in known if series.same_heights(item.pair, result.pair)), None
+        )
         if samples is None:
-            samples = _Samples(result.pair, *window_of(result.pair), result)
+            samples = _Samples(result.pair, *series.window_of(result.pair), result)
             answer.append(samples)
         samples.add(result)
     if not answer:
@@ -718,14 +712,14 @@ def _add_unloading(unloading: Iterable[ContactResult], collected: Sequence[_Samp
     loads: set[float] = set()
     for result in unloading:
         again = result.load in loads
-        require_alike(
+        series.require_alike(
             collected[0].pair,
             result.pair,
             "unloading",
             "; give contacts of the same bodies and boundary",
             only_elastic=True,
         )
-        if not pairs or again or not same_heights(pairs[-1], result.pair):
+        if not pairs or again or not series.same_heights(pairs[-1], result.pair):
             loads.clear()
             if len(pairs) == len(collected):
                 raise _unlike_error(len(pairs) + 1)
@@ -761,7 +755,7 @@ def _unlike_error(number: int) -> InputError:
     )
 
 
-def _point(result: ContactResult, window: Window | None, lowered: float) -> LawPoint:
+def _point(result: ContactResult, window: series.Window | None, lowered: float) -> LawPoint:
     """Return the point of the law of one contact, inside its rim."""
     pressure, gap = _inside(result.pressure, window), _inside(result.gap, window)
     contact = pressure > 0
@@ -782,11 +776,11 @@ def _point(result: ContactResult, window: Window | None, lowered: float) -> LawP
     )
 
 
-def _inside(values: NDArray[Any], window: Window | None) -> NDArray[Any]:
+def _inside(values: NDArray[Any], window: series.Window | None) -> NDArray[Any]:
     return values if window is None else values[window]
 
 
-def _first_touch(pair: Pair, window: Window | None) -> float:
+def _first_touch(pair: Pair, window: series.Window | None) -> float:
     """Return the separation at which the bodies first touch inside the rim [m]."""
     gap = _inside(pair.initial_gap, window)
     return float(np.nanmean(gap) - np.nanmin(gap))
@@ -813,7 +807,7 @@ def _law(samples: _Samples, number: int, all_of_them: Sequence[_Samples]) -> Map
     )
 
 
-def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
+def _spectrum(pair: Pair, window: series.Window | None) -> dict[str, Array]:
     """Return wave numbers and variances of the gap for Persson's theory."""
     gap = np.array(_inside(pair.initial_gap, window), dtype=np.float64)
     if np.isnan(gap).any():
@@ -840,7 +834,7 @@ def _check(result: ContactResult, first: ContactResult) -> None:
             "form, or omit the nominal bodies",
             argument="contacts",
         )
-    require_alike(
+    series.require_alike(
         other,
         pair,
         "contacts",
@@ -848,7 +842,7 @@ def _check(result: ContactResult, first: ContactResult) -> None:
         ArgumentRef("pixel"),
         "), solved with the same bodies and boundary",
     )
-    require_one_model(first.ceiling is None, result.ceiling is None)
+    series.require_one_model(first.ceiling is None, result.ceiling is None)
 
 
 def _merge_cautions(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
@@ -864,4 +858,4 @@ def _merge_cautions(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
     result = tuple(c for c in merge_cautions(maps, "maps") if c.kind != CautionTag.EDGE)
     if collected[0].pair.counter_surface is not None:
         return result
-    return (*result, ONE_ROUGH_FACE)
+    return (*result, series.ONE_ROUGH_FACE)

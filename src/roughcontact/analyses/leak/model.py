@@ -31,18 +31,10 @@ from roughcontact.analyses.leak.fluid_load import (
     nominal_contact,
 )
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, as_warning
+from roughcontact.contact import series
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.series import (
-    ONE_ROUGH_FACE,
-    CalibratedChange,
-    StepResult,
-    evaluate_contacts,
-    mean_step,
-    parse_positive,
-    relative_change,
-)
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import fluids
@@ -89,7 +81,7 @@ _SLIPS, _RAREFIED = 1.05, 0.05
 def step_cautions(result: ContactResult, closed: bool) -> Iterator[Caution]:
     """Yield the cautions on the leakage of one contact, with a closed or an open gap."""
     if result.counter_surface is None:
-        yield ONE_ROUGH_FACE
+        yield series.ONE_ROUGH_FACE
     if not result.contact.any():
         yield as_note(
             CautionTag.OPEN_GAP, "Bodies do not touch: this is the flow through an open gap."
@@ -239,7 +231,7 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Leakage(StepResult):
+class Leakage(series.StepResult):
     """Permeability, flow factors and leak rate of a contact under one load or several.
 
     Parameters
@@ -283,7 +275,7 @@ class Leakage(StepResult):
     messages: tuple[Caution, ...] = ()
     extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
-    calibrated: CalibratedChange | None = None
+    calibrated: series.CalibratedChange | None = None
     draws: tuple[Mean, ...] = ()
     base: Leakage | None = None
 
@@ -310,7 +302,7 @@ class Leakage(StepResult):
         """
         step, _ = _step(contact, self.axes, self.seal)
         area = self.steps[-1].contact_area
-        change = CalibratedChange.from_contact(contact, area, *self._changes(step))
+        change = series.CalibratedChange.from_contact(contact, area, *self._changes(step))
         return replace(self, calibrated=change)
 
     def with_coarser_grid(self, coarser: ContactResult) -> Leakage:
@@ -343,7 +335,7 @@ class Leakage(StepResult):
 
     def _changes(self, step: LeakageStep) -> tuple[float, float]:
         """Return the relative change of the flow along y and x at a step."""
-        along_y, along_x = map(relative_change, flow_of(step), flow_of(self.steps[-1]))
+        along_y, along_x = map(series.relative_change, flow_of(step), flow_of(self.steps[-1]))
         return along_y, along_x
 
     @property
@@ -548,7 +540,7 @@ def leakage(
         step, flows = _step(result, axes, seal)
         return step, _step_messages(result, step, flows, axes, seal), flows
 
-    steps, judged, largest, flows = evaluate_contacts(contacts, LEAKAGE_NAME, evaluate)
+    steps, judged, largest, flows = series.evaluate_contacts(contacts, LEAKAGE_NAME, evaluate)
     roughness = float(np.nanstd(largest.pair.initial_gap))
     return Leakage(steps, axes, roughness, seal, largest, flows, judged)
 
@@ -577,7 +569,7 @@ def flow_of(step: LeakageStep) -> tuple[float, float]:
 
 
 def _mean_step(steps: Sequence[LeakageStep]) -> LeakageStep:
-    mean = mean_step(steps, ("constriction", "gas_factor"))
+    mean = series.mean_step(steps, ("constriction", "gas_factor"))
     # Average the flows of the pairs, not their factors.
     flows = np.mean([flow_of(step) for step in steps], axis=0)
     along_y, along_x = (
@@ -709,7 +701,7 @@ def seal_of(
         "outlet": (outlet, "pressure"),
     }
     known = {
-        name: parse_positive(value, dimension, name)
+        name: series.parse_positive(value, dimension, name)
         for name, (value, dimension) in specified.items()
         if value is not None
     }
