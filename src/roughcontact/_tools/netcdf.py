@@ -177,6 +177,10 @@ class Dataset:
         axes = (dims,) if isinstance(dims, str) else tuple(dims)
         self.variables[name] = Variable(axes, np.asarray(values), dict(*about))
 
+    def add(self, name: str, dims: Any, values: Any, unit: str, text: str) -> None:
+        """Set the axes, the values, the unit and the long name of a variable."""
+        self[name] = dims, values, {"units": unit, "long_name": text}
+
     def __getitem__(self, name: str) -> Variable:
         """Return a variable."""
         if name not in self.variables:

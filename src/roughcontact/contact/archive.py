@@ -294,10 +294,9 @@ def _dataset(surface: Surface, maps: dict[str, Any], attributes: dict[str, Any])
     )
     for name, values in maps.items():
         unit, text = _ARCHIVE_MAPS[name]
-        dataset[name] = (("y", "x"), values, {"units": unit, "long_name": text})
-    about = {"units": "m", "long_name": "center of the pixel"}
+        dataset.add(name, ("y", "x"), values, unit, text)
     for axis, count, pixel in zip("yx", surface.shape, surface.pixel, strict=True):
-        dataset[axis] = (axis, (np.arange(count) + 0.5) * pixel, about)
+        dataset.add(axis, axis, (np.arange(count) + 0.5) * pixel, "m", "center of the pixel")
     return dataset
 
 

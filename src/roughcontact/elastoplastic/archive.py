@@ -76,12 +76,12 @@ def add_arrays(
 def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
     """Return a result as a dataset, and the compression options of its variables."""
     dataset = archive.to_dataset(result.solution)
-    unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
-    dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
+    text = "displacement of the surface by plastic strain"
+    dataset.add("residual_displacement", ("y", "x"), result.residual_displacement, "m", text)
     packed = {"pressure": netcdf.SHUFFLED}
     if result.largest_pressure is not None:
-        about = {"units": "Pa", "long_name": "contact pressure at the largest load of the path"}
-        dataset["largest_pressure"] = (("y", "x"), result.largest_pressure, about)
+        text = "contact pressure at the largest load of the path"
+        dataset.add("largest_pressure", ("y", "x"), result.largest_pressure, "Pa", text)
         packed["largest_pressure"] = netcdf.SHUFFLED
     for name, body in zip(yielding_materials(result.solution), result.bodies, strict=True):
         packed |= _add_body(dataset, name, body)
@@ -103,14 +103,12 @@ def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, A
 
 def _add_body(dataset: netcdf.Dataset, name: str, body: PlasticBody) -> dict[str, Any]:
     """Add the arrays of a body; return compression options."""
-    units = {"units": "m", "long_name": "thickness of the layer"}
-    dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
+    dataset.add(f"{name}_thickness", "layer", body.thickness, "m", "thickness of the layer")
     dataset.attrs["volume_margin"] = body.margin
     packed = {}
     for field, (unit, text) in (_TENSORS | _FIELDS).items():
-        axes = ("layer", "component") if field in _TENSORS else ("layer",)
-        about = {"units": unit, "long_name": text}
-        dataset[f"{name}_{field}"] = ((*axes, "volume_y", "volume_x"), getattr(body, field), about)
+        axes = ("layer", *["component"] * (field in _TENSORS), "volume_y", "volume_x")
+        dataset.add(f"{name}_{field}", axes, getattr(body, field), unit, text)
         packed[f"{name}_{field}"] = netcdf.SHUFFLED
     return packed
 
@@ -121,20 +119,18 @@ def add_increments(dataset: netcdf.Dataset, increments: Sequence[Increment]) -> 
         values = np.array([getattr(step, field) for step in increments])
         dataset[f"increment_{field}"] = ("increment", values, {"units": unit})
     unknown = [math.nan if step.step_error is None else step.step_error for step in increments]
-    about = {"units": "1", "long_name": "error by the load steps so far, NaN where not estimated"}
-    dataset["increment_step_error"] = ("increment", np.array(unknown), about)
+    text = "error by the load steps so far, NaN where not estimated"
+    dataset.add("increment_step_error", "increment", np.array(unknown), "1", text)
     if any(step.has_moved for step in increments):
         for field, (unit, text) in _PLACES.items():
             values = np.array([getattr(step, field) for step in increments])
             dims = ("increment", "axis")[: values.ndim]
-            about = {"units": unit, "long_name": text}
-            dataset[f"increment_{field}"] = (dims, values, about)
+            dataset.add(f"increment_{field}", dims, values, unit, text)
     counts = [step.iterations for step in increments]
     residuals = [residual for step in increments for residual in step.residuals]
-    about = {"units": "1", "long_name": "iterations of the loop"}
-    dataset["increment_iterations"] = ("increment", np.array(counts), about)
-    about = {"units": "1", "long_name": "residual after each iteration, increment by increment"}
-    dataset["iteration_residual"] = ("iteration", np.array(residuals), about)
+    dataset.add("increment_iterations", "increment", counts, "1", "iterations of the loop")
+    text = "residual after each iteration, increment by increment"
+    dataset.add("iteration_residual", "iteration", residuals, "1", text)
 
 
 def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:

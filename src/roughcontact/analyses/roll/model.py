@@ -667,11 +667,7 @@ def to_dataset(rolling: RollingResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
     dataset, packed = archive.to_dataset(rolling.result)
     for name, (unit, text) in _NUMBERS.items():
         values = np.array([getattr(item, name) for item in rolling.passes])
-        dataset[f"pass_{_STORED.get(name, name)}"] = (
-            "pass",
-            values,
-            {"units": unit, "long_name": text},
-        )
+        dataset.add(f"pass_{_STORED.get(name, name)}", "pass", values, unit, text)
     layers = rolling.result.bodies[0].thickness.size
     for name, (unit, text) in _PROFILES.items():
         # The volume may become deeper during the passes.
@@ -679,8 +675,8 @@ def to_dataset(rolling: RollingResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
         for number, item in enumerate(rolling.passes):
             values = getattr(item, name)
             profiles[number, :, : values.shape[1]] = values
-        about = {"units": unit, "long_name": f"{text}, layer by layer"}
-        dataset[f"pass_{name}"] = (("pass", "yielding_body", "layer"), profiles, about)
+        axes = ("pass", "yielding_body", "layer")
+        dataset.add(f"pass_{name}", axes, profiles, unit, f"{text}, layer by layer")
     dataset.attrs |= {
         "rolling_direction": rolling.direction,
         "rolling_to_and_fro": int(rolling.reciprocating),

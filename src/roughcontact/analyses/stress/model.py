@@ -302,17 +302,12 @@ def to_dataset(result: StressResult) -> netcdf.Dataset:
     dataset = archive.to_dataset(result.solution)
     add_profile(dataset, result.profile)
     for axis, section in (("x", result.section_x), ("y", result.section_y)):
-        dataset[f"section_{axis}"] = _variable(
-            ("component", "depth", axis),
-            section,
-            "Pa",
-            f"stress on the plane along {axis} through the largest von Mises stress",
-        )
+        text = f"stress on the plane along {axis} through the largest von Mises stress"
+        dataset.add(f"section_{axis}", ("component", "depth", axis), section, "Pa", text)
     if result.traction is not None:
         for axis, values in zip("yx", result.traction, strict=True):
-            dataset[f"traction_{axis}"] = _variable(
-                ("y", "x"), values, "Pa", f"tangential traction on the rough body along {axis}"
-            )
+            text = f"tangential traction on the rough body along {axis}"
+            dataset.add(f"traction_{axis}", ("y", "x"), values, "Pa", text)
     depth, y, x = result.max_von_mises_at
     if result.faces:
         dataset.attrs["faces"] = json.dumps([asdict(face) for face in result.faces])
@@ -335,8 +330,7 @@ def to_dataset(result: StressResult) -> netcdf.Dataset:
 
 def add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> None:
     """Add the largest stresses over depth and map to a dataset."""
-    about = {"units": "m", "long_name": "depth below the surface"}
-    dataset["depth"] = ("depth", profile.depths, about)
+    dataset.add("depth", "depth", profile.depths, "m", "depth below the surface")
     dataset["component"] = ("component", list(COMPONENTS))
     dataset["pass"] = ("pass", ["y", "x"])
     over_depth = {
@@ -346,31 +340,16 @@ def add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> Non
         "column": (profile.pixels[:, 1], "1", "column of the largest von Mises stress"),
     }
     for name, described in over_depth.items():
-        dataset[name] = _variable(("depth",), *described)
-    dataset["orthogonal_shear"] = _variable(
-        ("depth", "pass"),
-        profile.orthogonal_shear,
-        "Pa",
-        "largest amplitude of the orthogonal shear stress in a pass along an axis",
-    )
+        dataset.add(name, "depth", *described)
+    text = "largest amplitude of the orthogonal shear stress in a pass along an axis"
+    dataset.add("orthogonal_shear", ("depth", "pass"), profile.orthogonal_shear, "Pa", text)
     if profile.yielded_area is not None:
         # Pixels of a profile are one meter wide, so that areas are lengths.
         extent, unit = ("length", "m") if profile.peak.shape[0] == 1 else ("area", "m2")
-        dataset["yielded_area"] = _variable(
-            ("depth",),
-            profile.yielded_area,
-            unit,
-            f"{extent} where the von Mises stress exceeds the yield strength",
-        )
-    dataset["peak_von_mises"] = _variable(
-        ("y", "x"), profile.peak, "Pa", "largest von Mises stress over depth"
-    )
-
-
-def _variable(
-    axes: tuple[str, ...], values: NDArray[Any], unit: str, long_name: str
-) -> tuple[tuple[str, ...], NDArray[Any], dict[str, str]]:
-    return axes, values, {"units": unit, "long_name": long_name}
+        text = f"{extent} where the von Mises stress exceeds the yield strength"
+        dataset.add("yielded_area", "depth", profile.yielded_area, unit, text)
+    text = "largest von Mises stress over depth"
+    dataset.add("peak_von_mises", ("y", "x"), profile.peak, "Pa", text)
 
 
 # Stress below a solved contact.

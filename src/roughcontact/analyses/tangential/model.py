@@ -263,10 +263,9 @@ def to_dataset(result: Tangential) -> netcdf.Dataset:
         ("slip", result.slip, "m", "slip of the body against its counter-body"),
     ):
         for axis, values in zip("yx", field, strict=True):
-            about = {"units": unit, "long_name": f"{text} along {axis}"}
-            dataset[f"{name}_{axis}"] = (("y", "x"), values, about)
-    about = {"units": "1", "long_name": "contact that sticks"}
-    dataset["stick"] = (("y", "x"), result.stick.astype(np.uint8), about)
+            dataset.add(f"{name}_{axis}", ("y", "x"), values, unit, f"{text} along {axis}")
+    stick = result.stick.astype(np.uint8)
+    dataset.add("stick", ("y", "x"), stick, "1", "contact that sticks")
     if result.fretting is not None:
         add_profile(dataset, result.fretting.stress.profile)
         for name, field, unit, text in (
@@ -274,7 +273,7 @@ def to_dataset(result: Tangential) -> netcdf.Dataset:
             ("frictional_work", result.fretting.work, "J/m2", "traction times slip"),
             ("ruiz", result.fretting.ruiz, "Pa2 m", "tension times traction times slip"),
         ):
-            dataset[name] = (("y", "x"), field, {"units": unit, "long_name": text})
+            dataset.add(name, ("y", "x"), field, unit, text)
     for name, unit in (("load", "N"), ("force", "N"), ("shift", "m"), ("energy", "J")):
         dataset[f"step_{name}"] = ("step", result.column(name), {"units": unit})
     dataset.attrs |= {

@@ -265,8 +265,7 @@ class WearPresentation(Presentation):
         """Return the worn contact with the wear depth and all steps as a dataset."""
         result = self.result
         dataset = archive.to_dataset(result.last)
-        about = {"units": "m", "long_name": "wear depth of both bodies"}
-        dataset["wear_depth"] = (("y", "x"), result.depth, about)
+        dataset.add("wear_depth", ("y", "x"), result.depth, "m", "wear depth of both bodies")
         for column in _COLUMNS:
             values = np.array(column.values(result), float)
             dataset[f"step_{column.key}"] = ("step", values, {"units": column.unit})
