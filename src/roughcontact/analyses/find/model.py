@@ -244,12 +244,12 @@ def _search(pair: Pair, terms: LoadCase, targets: list[Target], progress: Tell) 
     of = {target: elastic if target[0] == YIELD else finder for target in targets}
     for target in targets:
         of[target].check(target)
-    answers = tuple(
-        of[target].answer(target, progress_callback(progress, number, len(targets)))
-        for number, target in enumerate(targets, start=1)
-    )
+    answers = []
+    for number, target in enumerate(targets, start=1):
+        of[target].progress = progress_callback(progress, number, len(targets))
+        answers.append(of[target].answer(target))
     return LoadSearch(
-        answers,
+        tuple(answers),
         solves=finder.solves + elastic.solves,
         convolutions=finder.convolutions + elastic.convolutions,
         seconds=time.perf_counter() - began,
@@ -266,6 +266,7 @@ class _Finder:
     """Values at each load, by its logarithm."""
     held: dict[float, ContactResult] = field(default_factory=dict)
     last: ContactResult | None = None
+    progress: Callable[[Step], None] | None = None
     solves: int = 0
     convolutions: int = 0
 
@@ -308,19 +309,16 @@ class _Finder:
         minimum = _MIN_LOAD_FRACTION * pair.contact_modulus * pair.pixel_area
         return math.log(min(minimum, _MIN_LOAD_FRACTION * largest)), math.log(largest)
 
-    def answer(self, target: Target, progress: Callable[[Step], None] | None) -> LoadAnswer:
+    def answer(self, target: Target) -> LoadAnswer:
         """Return the load of one target."""
         name, value = target
-        first = self.initial_load(target, progress)
-        known = [
-            (x, _excess(name, there, value)) for x, there in self.seen.items() if name in there
-        ]
+        first, known = self.initial_load(target), self.known_excesses(target)
         near = min(known, key=lambda point: abs(point[1]), default=None)
         if near is not None and name != APPROACH:
             first = near[0]
         try:
             low, high = bracket_crossing(
-                lambda x: self.excess(x, target, progress),
+                lambda x: self.excess(x, target),
                 first,
                 self.ends(),
                 accuracy=SHARE_ACCURACY if name in COUNTED else ACCURACY,
@@ -331,12 +329,12 @@ class _Finder:
         except NotPassedError as stop:
             raise self.refusal(target, stop.end) from None
         x = high[0] if name in COUNTED or abs(high[1]) <= abs(low[1]) else low[0]
-        result = self.held.get(x) or self.contact_at(x, name, progress)
+        result = self.held.get(x) or self.contact_at(x, name)
         below, above = (Side(math.exp(index), self.seen[index][name]) for index, _ in (low, high))
         self.held = {x: result}
         return LoadAnswer(name, value, _values(result, name)[name], below, above, result)
 
-    def initial_load(self, target: Target, progress: Callable[[Step], None] | None) -> float:
+    def initial_load(self, target: Target) -> float:
         """Return the logarithm of the initial load."""
         name, value = target
         pair = self.pair
@@ -346,7 +344,7 @@ class _Finder:
             # The mean displacement of a periodic surface is zero.
             approach = float(pair.initial_gap.mean()) - value if flat else value
             terms = replace(self.terms, load=None, approach=approach)
-            return math.log(self.solve_load(terms, None, progress).load)
+            return math.log(self.solve_load(terms, None).load)
         if name == YIELD:
             body = min(strength for _, strength in _yielding(pair))
             return math.log(1.6 * body * pair.pixel_area)
@@ -368,47 +366,44 @@ class _Finder:
         # W ~ exp(-gap / (Sq / 2)): Persson 2007, doi:10.1103/PhysRevLett.99.125502
         return 0.5 * float(np.nanstd(self.pair.initial_gap)) / value
 
-    def excess(self, x: float, target: Target, progress: Callable[[Step], None] | None) -> float:
+    def excess(self, x: float, target: Target) -> float:
         """Return the excess of the quantity over the value at the load exp(x); see `_excess`."""
         name, value = target
         if x not in self.seen or name not in self.seen[x]:
-            result = self.held.get(x) or self.contact_at(x, name, progress)
+            result = self.held.get(x) or self.contact_at(x, name)
             self.seen.setdefault(x, {}).update(_values(result, name))
             self.held[x] = result
         self.drop_contacts(target)
         return _excess(name, self.seen[x], value)
 
+    def known_excesses(self, target: Target) -> list[Point]:
+        """Return logarithm and excess of the loads at which the quantity is known."""
+        name, value = target
+        seen = self.seen.items()
+        return [(x, _excess(name, there, value)) for x, there in seen if name in there]
+
     def drop_contacts(self, target: Target) -> None:
         """Drop all contacts except the ends of the bracket."""
-        name, value = target
-        signed = sorted(
-            (x, _excess(name, there, value)) for x, there in self.seen.items() if name in there
-        )
+        signed = sorted(self.known_excesses(target))
         below = [x for x, y in signed if y < 0][-1:]
         above = [x for x, y in signed if y >= 0][:1]
         self.held = {x: self.held[x] for x in (*below, *above) if x in self.held}
 
-    def contact_at(
-        self, x: float, name: str, progress: Callable[[Step], None] | None
-    ) -> ContactResult:
+    def contact_at(self, x: float, name: str) -> ContactResult:
         """Return the contact under the load exp(x)."""
         load = math.exp(x)
-        near = [
-            r
-            for r in (*self.held.values(), self.last)
-            if r is not None and abs(r.load / load - 1) < _RESTART_TOLERANCE
-        ]
-        start = min(near, key=lambda r: abs(r.load / load - 1), default=None)
+        known = [r for r in (*self.held.values(), self.last) if r is not None]
+        start = min(known, key=lambda r: abs(r.load / load - 1), default=None)
+        if start is not None and not abs(start.load / load - 1) < _RESTART_TOLERANCE:
+            start = None
         if name in COUNTED:
             # Near a step, the pixels in contact depend on the start, within the tolerance.
             start = None
-        return self.solve_load(replace(self.terms, load=load, approach=None), start, progress)
+        return self.solve_load(replace(self.terms, load=load, approach=None), start)
 
-    def solve_load(
-        self, terms: LoadCase, start: ContactResult | None, progress: Callable[[Step], None] | None
-    ) -> ContactResult:
+    def solve_load(self, terms: LoadCase, start: ContactResult | None) -> ContactResult:
         """Solve a contact and count the solve."""
-        self.last = solve_pair(self.pair, terms, start=start, progress=progress)
+        self.last = solve_pair(self.pair, terms, start=start, progress=self.progress)
         self.solves += 1
         self.convolutions += self.last.convolutions
         return self.last
@@ -497,13 +492,9 @@ def _targets(
     contact: Any, saturated: Any, approach: Any, mean_gap: Any, first_yield: bool
 ) -> list[Target]:
     """Return the targets, in the order of the arguments."""
-    targets = [
-        *_shares(CONTACT, contact),
-        *_shares(SATURATED, saturated),
-        *_lengths(APPROACH, approach),
-        *_lengths(GAP, mean_gap),
-        *([(YIELD, 1.0)] if first_yield else []),
-    ]
+    targets = [*_shares(CONTACT, contact), *_shares(SATURATED, saturated)]
+    targets += [*_lengths(APPROACH, approach), *_lengths(GAP, mean_gap)]
+    targets += [(YIELD, 1.0)] * first_yield
     if not targets:
         raise InputError(
             f"no target: give {ArgumentRef('contact_fraction')}, "

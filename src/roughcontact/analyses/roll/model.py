@@ -48,9 +48,7 @@ def _nothing() -> Array:
 class Pass:
     """Summary of one pass."""
 
-    strain_added: (
-        float  # Largest added accumulated plastic strain: forward and backward strain add up
-    )
+    strain_added: float  # Largest added plastic strain: forward and backward strain add up
     strain_net: float  # Largest equivalent of the net plastic strain of the pass
     max_pressure: float  # Largest pressure during the pass [Pa]
     max_plastic_strain: float  # Largest accumulated plastic strain after the pass
@@ -701,8 +699,8 @@ def load_rolling(
         steps = columns["steps"].tolist()
         rows = zip(*(columns[name].tolist() for name in _NUMBERS), strict=True)
         passes = tuple(
-            replace(
-                Pass(**dict(zip(_NUMBERS, row, strict=True))),
+            Pass(
+                **dict(zip(_NUMBERS, row, strict=True)),
                 **{name: columns[name][number] for name in _PROFILES},
             )
             for number, row in enumerate(rows)

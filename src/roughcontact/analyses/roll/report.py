@@ -279,7 +279,7 @@ class RollingPresentation(Presentation):
         """Return the blocks on maps, bodies and load."""
         rolling = self.result
         state = volume_report.VolumePresentation(rolling.result).rows(PROBLEM)
-        kept = [row for row in state if row.key not in ("turns", "increments")]
+        kept = (row for row in state if row.key not in ("turns", "increments"))
         specified = [*self.rows(PROBLEM), *kept]
         return chapters.input_blocks(rolling.result.solution, specified, "volume", self.is_drawn)
 
