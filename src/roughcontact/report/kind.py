@@ -194,6 +194,9 @@ def format_without_rounding(key: str) -> Callable[[Any], Sequence[float]]:
     return values
 
 
+REPORT_ONLY: dict[str, Any] = {"stored": False, "brief": False}
+"""Arguments of a quantity that only reports show."""
+
 Table = Sequence[Quantity]
 Columns = Sequence[Column]
 

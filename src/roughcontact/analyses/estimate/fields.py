@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.report.kind import Quantity
+from roughcontact.report.kind import REPORT_ONLY, Quantity
 from roughcontact.report.phrases import range_text
 from roughcontact.units import format_engineering, format_percent
 
@@ -53,16 +53,14 @@ BY_FORMULA = (
         "100",
         of="estimate.contact.value",
         text=_compare_contact,
-        stored=False,
-        brief=False,
+        **REPORT_ONLY,
     ),
     Quantity(
         "estimated_gap",
         "mean gap by formula [m]: the same",
         of="estimate.gap.value",
         text=_compare_gap,
-        stored=False,
-        brief=False,
+        **REPORT_ONLY,
     ),
 )
 """Estimates for a nominally flat `ContactResult`, compared with the solution."""
