@@ -17,18 +17,10 @@ from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.theory import hertz
 
 # Methods that do not change the nominal body.
-_CURVATURE_KEEPING_STEPS = frozenset(
-    (
-        "note",
-        "without_outliers",
-        "filled",
-        "masked",
-        "cropped",
-        "largest_rectangle",
-        "resampled",
-        "indented",
-    )
-)
+_CURVATURE_KEEPING_STEPS = {
+    *("note", "without_outliers", "filled", "masked"),
+    *("cropped", "largest_rectangle", "resampled", "indented"),
+}
 
 
 def curvature_of_map(provenance: Provenance) -> Array | None:

@@ -442,7 +442,7 @@ def _solve_status(
         centre = np.array(center_of_pressure(pressure, pair.pixel)) / max(pair.size)
         if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
             return MOMENT_ERROR_TEXT
-    return str(status.value)
+    return status.value
 
 
 def _error_result(result: ContactResult) -> ConvergenceError:

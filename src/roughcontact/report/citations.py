@@ -40,11 +40,9 @@ def contact_references(result: ContactResult) -> Uses:
         yield make_use("smooth bodies compared", "Johnson1985", *(["Carlson1995"] * ellipse))
     tool = result.measurement and result.measurement.instrument
     if tool is not None:
-        of_kind = (
-            ["Villarrubia1997"]
-            if tool.kind == "tip"
-            else ["Goodman2005", "DeGroot2021", "DeGroot2024"]
-        )
+        of_kind = ["Goodman2005", "DeGroot2021", "DeGroot2024"]
+        if tool.kind == "tip":
+            of_kind = ["Villarrubia1997"]
         works = "Wilson2021", "Jacobs2017", "Moisan2011"
         yield make_use("surface behind the map", *works, *of_kind)
     if result.estimate is not None:
@@ -76,19 +74,11 @@ def map_references(origins: Iterable[Provenance], is_profile: bool) -> Uses:
 def solved_of(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     """Yield the works on kernel and solver; ``yields``: a yield strength is known."""
     # A profile has the kernel of plane strain.
-    yield make_use(
-        "response of the half-space", *(("Johnson1985",) if is_profile else boundary.works)
-    )
+    works = ("Johnson1985",) if is_profile else boundary.works
+    yield make_use("response of the half-space", *works)
     yield make_use("principle of minimum", "Kalker1977")
-    yield make_use(
-        "solver",
-        "Polonsky1999",
-        "Hintermueller2002",
-        "Pardalos1990",
-        "Birgin2000",
-        "More1991",
-        "Golub1999",
-    )
+    solver = "Polonsky1999", "Hintermueller2002", "Pardalos1990", "Birgin2000", "More1991"
+    yield make_use("solver", *solver, "Golub1999")
     if yields:
         yield make_use("first yield", "Green2005" if is_profile else "Jackson2005")
     if not is_profile:

@@ -88,9 +88,9 @@ def ceiling_text(
     body = softer_material(material, counter_material)
     if body is None or body.ceiling is None:
         return f"{text}, as given"
-    automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
-    automatic &= agreed is None
-    whose = "" if _one_ceiling(material, counter_material) else " of the softer body"
+    automatic = agreed is None and math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
+    ceilings = {material.ceiling, counter_material.ceiling} - {None}
+    whose = "" if len(ceilings) == 1 else " of the softer body"
     if body.yield_strength is None:
         if automatic:
             return f"{text}, the hardness{whose}"
@@ -303,10 +303,6 @@ def coating(body: Material) -> str:
     )
 
 
-def _one_ceiling(material: Material, counter_material: Material) -> bool:
-    return len({material.ceiling, counter_material.ceiling} - {None}) == 1
-
-
 def is_rigid(body: Material) -> bool:
     """Return whether a material is rigid."""
     return body.young == RIGID.young
@@ -364,11 +360,12 @@ def regime(result: ContactResult, *, in_layers: bool = False) -> str:
             f"{_sphere(result)} first yields below its surface.{_other(result)}"
         )
     if name is Regime.YIELDING_BELOW:
+        strength = "three yield strengths." if body.yield_strength else "the hardness."
         return (
             f"The material yields below the surface of the most loaded spots: the largest "
             f"pressure, {largest}, exceeds {first}, at which {_sphere(result)} first yields, but "
             "no point reaches "
-            + ("the ceiling." if result.ceiling is not None else _strength(body))
+            + ("the ceiling." if result.ceiling is not None else strength)
             + " The pressures shown are those of an elastic body."
         )
     assert name is Regime.BEYOND_CEILING
@@ -379,10 +376,6 @@ def regime(result: ContactResult, *, in_layers: bool = False) -> str:
         f"softer body, more than it can carry. The true contact {_extent(result)} is larger, the "
         "true pressure lower."
     )
-
-
-def _strength(softer: Material) -> str:
-    return "the hardness." if softer.yield_strength is None else "three yield strengths."
 
 
 def _sphere(result: ContactResult) -> str:
@@ -458,10 +451,8 @@ def map_name(surface: Any) -> str:
     """Return the file name of a map, or its nominal form."""
     source = str(surface.provenance.source)
     made = source.partition(", ")[0]
-    if made.startswith("nominal "):
+    if made.startswith(("nominal ", "generated ")):
         return f"a {made.removeprefix('nominal ')}"
-    if made.startswith("generated "):
-        return f"a {made}"
     return source or "an unnamed map"
 
 

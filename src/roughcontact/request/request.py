@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import math
+import pkgutil
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -281,7 +282,10 @@ class Request(OptionValues):
     def require_memory(self, shape: tuple[int, int]) -> None:
         """Raise `InsufficientMemoryError` unless the analysis on a grid fits."""
         if self.task.memory is None:
-            self.require_contact(shape, self.task.held)
+            held = self.task.held
+            if isinstance(held, str):
+                held = pkgutil.resolve_name(f"roughcontact.{held}")
+            self.require_contact(shape, held)
         else:
             self.task.memory(self, shape)
         if self.get(shared.REPORT) is not None:

@@ -159,7 +159,7 @@ class Task(Command):
     check: Callable[[Any], object] = _nothing
     record: Callable[[Any], dict[str, Any]] = _numbers
     last: Callable[[Any], dict[str, Any]] | None = None
-    held: int = 0  # Maps in memory in addition to the contact
+    held: int | str = 0  # Maps in memory in addition to the contact, or place of their number
     memory: Callable[[Any, tuple[int, int]], object] | None = None
     writes: tuple[tuple[Option[Any], Callable[[Any, Path], object]], ...] = ()
     figures: Callable[[Any], Sequence[str]] | None = None

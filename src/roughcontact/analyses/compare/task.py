@@ -234,12 +234,6 @@ def _check(request: Request) -> None:
         )
 
 
-def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.analyses.sweep.model import MAX_HELD_RESULTS
-
-    request.require_contact(shape, MAX_HELD_RESULTS)
-
-
 TASK = Task(
     "compare",
     """Compare groups of maps, with 95 % intervals.
@@ -283,7 +277,7 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     ),
     check=_check,
     last=lambda _: {},
-    memory=_memory,
+    held="analyses.sweep.model:MAX_HELD_RESULTS",
     maps=("files", "groups"),
     pieces=Subtasks(part_names, find_one_map, file_of),
     presentations={

@@ -27,16 +27,9 @@ from roughcontact.uncertainty.intervals import Interval
 from roughcontact.units import format_change, format_engineering, format_percent, plain_decimal
 
 
-def _body(number: int) -> Callable[[joint.Conductance], dict[str, Any]]:
-    def facts(result: joint.Conductance) -> dict[str, Any]:
-        body = result.bodies[number]
-        return {
-            "name": body.name,
-            "resistivity": body.resistivity,
-            "conductivity": body.conductivity,
-        }
-
-    return facts
+def _facts(result: joint.Conductance, number: int) -> dict[str, Any]:
+    names = ("name", "resistivity", "conductivity")
+    return {name: getattr(result.bodies[number], name) for name in names}
 
 
 def _words(body: Conductor) -> str:
@@ -120,8 +113,13 @@ def _correlation_words(values: dict[str, float]) -> str:
 CONDUCTANCE = (
     *PAIR,
     Quantity("nominal_area", "[m²]"),
-    Quantity("body", "body", of=_body(0), text=lambda r: _words(r.bodies[0])),
-    Quantity("counter_body", "counter-body", of=_body(1), text=lambda r: _words(r.bodies[1])),
+    Quantity("body", "body", of=partial(_facts, number=0), text=lambda r: _words(r.bodies[0])),
+    Quantity(
+        "counter_body",
+        "counter-body",
+        of=partial(_facts, number=1),
+        text=lambda r: _words(r.bodies[1]),
+    ),
     Quantity(
         "film", "film [Ω m²]", form=lambda v: f"{v:.4g} Ω m²" if v else "none", when=_electrical
     ),

@@ -82,18 +82,9 @@ def _check(request: Request) -> None:
     kinds = ("resistivity", "conductivity")
     known = [all(getattr(body, kind) is not None for body in bodies) for kind in kinds]
     if not any(known):
-        lacking, material = next(
-            lacking
-            for body, lacking in zip(
-                bodies,
-                (
-                    (joints.CONDUCTIVITY, options.MATERIAL),
-                    (joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL),
-                ),
-                strict=True,
-            )
-            if body.conductivity is None
-        )
+        lacking, material = joints.CONDUCTIVITY, options.MATERIAL
+        if bodies[0].conductivity is not None:
+            lacking, material = joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL
         named = request[material]
         which = "" if named is None else f": {named.name} has none"
         raise InputError(
@@ -104,18 +95,11 @@ def _check(request: Request) -> None:
             ".",
             argument=lacking.argument,
         )
-    for film, kind, there in zip(
-        (ELECTRICAL_FILM, joints.THERMAL_FILM, CURRENT, GAP),
-        (*kinds, *kinds),
-        (*known, *known),
-        strict=True,
-    ):
+    films = ELECTRICAL_FILM, joints.THERMAL_FILM, CURRENT, GAP
+    for film, kind, there in zip(films, 2 * kinds, 2 * known, strict=True):
         if request[film] and not there:
             raise InputError(
-                "needs ",
-                ArgumentRef(kind),
-                " and ",
-                ArgumentRef(f"counter_{kind}"),
+                f"needs {ArgumentRef(kind)} and {ArgumentRef(f'counter_{kind}')}",
                 argument=film.argument,
             )
 

@@ -218,10 +218,6 @@ class Stage:
     ) -> None:
         way, moved = to_si(approach, "length", "approach"), to_si(shift, "length", "shift")
         set_fields(self, load=load_case.parse_load(load), approach=way, shift=moved)
-        self._check()
-
-    def _check(self) -> None:
-        """Raise `InputError` for an invalid stage."""
         if (self.load is None) == (self.approach is None):
             raise InputError("a stage needs either a load or an approach, and only one of them")
         plain = self.load is not None and not isinstance(self.load, Load)
@@ -685,7 +681,9 @@ def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistor
                 progress(Progress(number + 1, len(way.stages), None, kept=True))
         else:
             step, new, result = _solve_history_stage(way, number, indentation, place, progress)
-            _save_step(way, number, place, step, new)
+            if place is not None:
+                file, mark = _place(way, number, place)
+                checkpoints.write_step(file, step, checkpoints.pack_map("indented", new), mark)
         bodies.indent(indentation, new, shift)
         steps.append(step)
         if step.load > steps[largest].load:
@@ -752,14 +750,6 @@ def _place(way: _Path, number: int, place: RunFolder) -> tuple[Path, dict[str, A
     requested = stage.force if stage.approach is None else stage.approach
     mark = {"problem": place.problem, "number": number + 1, "asked": requested}
     return place.folder / f"step-{number + 1:04d}.npz", mark
-
-
-def _save_step(
-    way: _Path, number: int, place: RunFolder | None, step: HistoryStep, new: Array
-) -> None:
-    if place is not None:
-        file, mark = _place(way, number, place)
-        checkpoints.write_step(file, step, checkpoints.pack_map("indented", new), mark)
 
 
 def _cached_step(

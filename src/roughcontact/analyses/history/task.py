@@ -68,12 +68,6 @@ def _check(request: Request) -> None:
     require_count(1, most_passes(len(request.needed(PATH))), passes=request[PASSES])
 
 
-def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.analyses.history.model import MAX_HELD_RESULTS
-
-    request.require_contact(shape, MAX_HELD_RESULTS)
-
-
 def _residual(outcome: Outcome, path: Path) -> None:
     outcome.result.residual.save(path)
 
@@ -108,7 +102,7 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
     rules=(Rule(NEEDED, PATH, text="loads in their order, such as '1 N, 0 N, 1 N'"),),
     check=_check,
     last=last_contact,
-    memory=_memory,
+    held="analyses.history.model:MAX_HELD_RESULTS",
     writes=((INDENTED_SURFACE, _residual),),
     questions=(
         Analysis(

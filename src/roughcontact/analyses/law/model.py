@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from statistics import fmean
 from typing import Any
 
@@ -324,16 +324,13 @@ class InterfaceLaw(Result):
     def _steps(self, branch: str) -> Iterator[LawStep]:
         pressures = self.pressures(branch)
         names = (
-            "separation",
-            "mean_gap",
-            "contact_fraction",
-            "saturated_fraction",
-            "stiffness",
-            "unloading_stiffness",
+            *("separation", "mean_gap", "contact_fraction"),
+            *("saturated_fraction", "stiffness", "unloading_stiffness"),
         )
         means = {name: self.mean(branch, name) for name in names}
         theory, resolved = self.persson(pressures), self.resolved
         conductance = self.thermal_conductance(branch)
+        ratio = math.nan if self.friction is None else self.friction.ratio
         for number, pressure in enumerate(pressures.tolist()):
             point = {name: result[number] for name, result in means.items()}
             scatter = {
@@ -350,11 +347,7 @@ class InterfaceLaw(Result):
                 persson_separation=float(theory[number]),
                 resolved=resolved.low <= pressure <= resolved.high,
                 thermal_conductance=float(conductance[number]),
-                tangential_stiffness=(
-                    math.nan
-                    if self.friction is None
-                    else self.friction.ratio * point["unloading_stiffness"].value
-                ),
+                tangential_stiffness=ratio * point["unloading_stiffness"].value,
             )
 
     def curve(self, branch: str = LOADING) -> Curve:
@@ -408,15 +401,8 @@ class InterfaceLaw(Result):
         """
         if not all(law.wave_numbers.size for law in self.maps):
             return np.full(np.shape(pressures), math.nan)
-        return np.mean(
-            [
-                persson.persson_separation(
-                    pressures, self.contact_modulus, law.wave_numbers, law.variances
-                )
-                for law in self.maps
-            ],
-            axis=0,
-        )
+        of_spectrum = partial(persson.persson_separation, pressures, self.contact_modulus)
+        return np.mean([of_spectrum(law.wave_numbers, law.variances) for law in self.maps], axis=0)
 
     @cached_property
     def persson_length(self) -> float:
@@ -448,15 +434,11 @@ class InterfaceLaw(Result):
     def _conductance(self, branch: str, resistivity: float, film: float) -> Array:
         if self.bodies is None:
             return np.full(self.pressures(branch).shape, math.nan)
+        stiffness = self.values(branch, "unloading_stiffness")
         with np.errstate(divide="ignore"):
-            constriction = (
-                resistivity
-                * self.contact_modulus
-                / (2 * self.values(branch, "unloading_stiffness"))
-            )
+            constriction = resistivity * self.contact_modulus / (2 * stiffness)
             extra = film / self.values(branch, "contact_fraction")
-            mean: Array = np.mean(1 / (constriction + extra), axis=0)
-        return mean
+            return np.mean(1 / (constriction + extra), axis=0)
 
     def elastic_slip(self, branch: str = LOADING) -> Array:
         """Return the elastic slip μ p̄/k_t at `pressures` [m], shape (n,).

@@ -130,14 +130,7 @@ def _along(axis: int) -> Columns:
     """Return the columns of a flow direction, with leak rate or permeability."""
     name = AXES[axis]
 
-    def column(
-        key: str,
-        label: str,
-        unit: str,
-        of: Callable[[Leakage], Any],
-        when: Callable[[Leakage], bool] = always,
-        **more: Any,
-    ) -> Column:
+    def column(key: str, label: str, unit: str, of: Any, when: Any = always, **more: Any) -> Column:
         return Column(
             f"{key}_{name}",
             f"{label and f'{label} along {name}'} [{unit}]",

@@ -149,12 +149,8 @@ def _elastic_or_best(solve: Callable[[], ContactResult]) -> ContactResult | None
 
 
 _CALIBRATED = (
-    "contact_area",
-    "contact_fraction",
-    "saturated_fraction",
-    "mean_pressure",
-    "mean_gap",
-    "approach",
+    *("contact_area", "contact_fraction", "saturated_fraction"),
+    *("mean_pressure", "mean_gap", "approach"),
 )
 
 
@@ -434,11 +430,9 @@ class ContactPresentation(Presentation):
             blocks.append(Block("small", uncertainty_report.measurement_text(measured)))
             blocks += [Block("small", remark) for remark in measured.remarks]
         else:
-            hint = (
-                ""
-                if study is not None
-                else f" The pixel was not studied ({uncertainty_report.STUDY_REF})."
-            )
+            hint = ""
+            if study is None:
+                hint = f" The pixel was not studied ({uncertainty_report.STUDY_REF})."
             if uncertainty_report.is_correctable(result):
                 hint += f" The instrument was not given ({uncertainty_report.INSTRUMENT_REF})."
             text = Sentence(f"No interval is known of: {', '.join(others)}.{hint}")

@@ -242,9 +242,7 @@ def joint_interval(
     is between both.
     """
     known = joint.calibrated
-    calibrated = (math.nan, math.nan)
-    if known is not None:
-        calibrated = known.numbers[index], known.contact_area
+    calibrated = (known.numbers[index], known.contact_area) if known else (math.nan, math.nan)
     interval = uncertainty.joint_interval(name, value, joint.largest, coarser, calibrated)
     if not math.isnan(base):
         ceiling = ErrorSource(Cause.YIELDING, min(base, 0.0), max(base, 0.0))
@@ -351,24 +349,17 @@ def measurement_text(known: Uncertainty) -> str:
     if tool is None:
         return "Intervals of grid and material, without the instrument."
     resolved = f"the map shows waves down to {format_short(known.resolved, 'm')}"
-    down = (
-        ""
-        if known.shortest_wave is None
-        else (f", the surface has waves down to {format_short(known.shortest_wave, 'm')}")
-    )
-    lengths = (
-        ("resolution", tool.resolution),
-        ("tip radius", tool.tip_radius),
-        ("noise", tool.noise),
-    )
-    stated = ", ".join(
-        (
-            *filter(None, (_TRANSFERS.get(tool.kind),)),
-            *(f"{name} {format_short(value, 'm')}" for name, value in lengths if value),
-        )
-    )
+    if known.shortest_wave is not None:
+        waves = format_short(known.shortest_wave, "m")
+        resolved += f", the surface has waves down to {waves}"
+    stated = [_TRANSFERS[tool.kind]] if tool.kind in _TRANSFERS else []
+    stated += [
+        f"{name.replace('_', ' ')} {format_short(value, 'm')}"
+        for name in ("resolution", "tip_radius", "noise")
+        if (value := getattr(tool, name))
+    ]
     name = tool.name or f"{tool.kind} instrument"
-    return f"{name} ({stated}): {resolved}{down}. {known.draws} draws, seed {known.seed}."
+    return f"{name} ({', '.join(stated)}): {resolved}. {known.draws} draws, seed {known.seed}."
 
 
 def budget_block(result: ContactResult, study: ResolutionStudy | None) -> list[page.Block]:

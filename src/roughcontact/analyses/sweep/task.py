@@ -88,12 +88,6 @@ def _check(request: Request) -> None:
     _steps(request)
 
 
-def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.analyses.sweep.model import MAX_HELD_RESULTS
-
-    request.require_contact(shape, MAX_HELD_RESULTS)
-
-
 def _last(outcome: Outcome) -> dict[str, Any]:
     curve = outcome.result
     step, area = curve.steps[-1], curve.nominal_area
@@ -141,7 +135,7 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
     ),
     check=_check,
     last=_last,
-    memory=_memory,
+    held="analyses.sweep.model:MAX_HELD_RESULTS",
     questions=(
         Analysis(
             "Load curve",

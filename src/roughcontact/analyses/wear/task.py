@@ -57,12 +57,6 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     return Outcome(request, replace(result, first=first, last=last), last, {"reused": len(reused)})
 
 
-def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.analyses.wear.model import MAX_HELD_RESULTS
-
-    request.require_contact(shape, MAX_HELD_RESULTS)
-
-
 TASK = Task(
     "wear",
     """Wear a surface in: contact and roughness over the sliding distance.
@@ -97,7 +91,7 @@ roughcontact wear ground.x3p --load "50 MPa" --wear "1e-15 m2/N" \\
         Rule(options.NEEDED, DISTANCE, text="the sliding distance, such as '3.5 m'"),
     ),
     last=last_contact,
-    memory=_memory,
+    held="analyses.wear.model:MAX_HELD_RESULTS",
     writes=(
         (WORN_SURFACE, lambda outcome, path: export.save_surface(outcome.result.worn, path)),
         (
