@@ -296,8 +296,9 @@ def _estimate_under_ceilings(
 ) -> Estimate:
     """Return the estimate under one ceiling, or under both with intervals that cover both."""
     limits = [_limit(ceiling, *bodies)]
-    if is_drawn and ceiling == "auto":
-        limits += _hardnesses(limits[0], *bodies)
+    hardness = min(body.hardness or math.inf for body in bodies)
+    if is_drawn and ceiling == "auto" and limits[0] is not None:
+        limits += [hardness] if limits[0] < hardness < math.inf else []
     results = [estimate_at(*case) for case in itertools.product(limits, slopes)]
     first, is_automatic = results[0], isinstance(ceiling, str) and ceiling in ("auto", CALIBRATED)
     if not is_automatic or first.yield_strength is None:
@@ -366,12 +367,6 @@ class _Drawing:
         if not heights:
             return cls()
         return cls(math.hypot(*heights), math.hypot(*slopes), " against ".join(texts))
-
-
-def _hardnesses(limit: float | None, *bodies: Material) -> list[float]:
-    """Return the hardness of the softer body, if above the ceiling, as that of hardened metals."""
-    softest = min(body.hardness or math.inf for body in bodies)
-    return [softest] if limit is not None and limit < softest < math.inf else []
 
 
 def _union(results: Sequence[Estimate]) -> Estimate:
@@ -665,23 +660,15 @@ def _volume(
     if strength is None:
         return None, []
     if hardening is None:
-        return None, [
-            as_note(
-                CautionTag.ESTIMATE_DOMAIN,
-                "No formula for plastic depth with this hardening law. Use "
-                f"{ArgumentRef('model', 'elastoplastic')}.",
-            )
-        ]
+        text = (
+            "No formula for plastic depth with this hardening law. Use "
+            f"{ArgumentRef('model', 'elastoplastic')}."
+        )
+        return None, [as_note(CautionTag.ESTIMATE_DOMAIN, text)]
     ratio = stress / (CEILING_FACTOR * strength)
     groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)
     domain = load_atlas().domain[_VOLUME]
-    outside = [
-        _range_text(name, value, domain) for name, value in _outside_domain(groups, domain).items()
-    ]
-    if outside:
-        return None, [
-            as_note(
-                CautionTag.ESTIMATE_DOMAIN, f"No plastic depth: its formula holds for {outside[0]}."
-            )
-        ]
+    for name, value in _outside_domain(groups, domain).items():
+        text = f"No plastic depth: its formula holds for {_range_text(name, value, domain)}."
+        return None, [as_note(CautionTag.ESTIMATE_DOMAIN, text)]
     return _with_interval(VOLUME, groups, roughness).times(roughness.Sq / roughness.Sdq), []

@@ -133,8 +133,8 @@ class EstimatePresentation(Presentation):
             rows.append(("Plasticity index", f"E*h′/σ_Y = {result.plasticity_index:.3g}"))
         if result.stiffness is not None:
             rows.append(("Normal stiffness", with_ends(result.stiffness, _per_length)))
-        conductances = {"air": result.air_conductance, "vacuum": result.vacuum_conductance}
-        for name, conductance in conductances.items():
+        for name in ("air", "vacuum"):
+            conductance = getattr(result, f"{name}_conductance")
             if conductance is not None:
                 rows.append((f"Conductance in {name}", _conductance_text(conductance)))
         return (), rows

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from roughcontact.cautions import Caution, CautionTag, as_note, sort_cautions
-from roughcontact.errors import ArgumentRef, Part
+from roughcontact.errors import ArgumentRef
 from roughcontact.report import inputs
 from roughcontact.report.kind import Headline
 from roughcontact.surface.generation import PARAMETER_TOLERANCE, Parameter, compare_parameters
@@ -118,9 +118,8 @@ def _narrow(result: Mapping[str, Any]) -> Iterator[Caution]:
         ends = f"{format_engineering(short, 'm', 3)} to {format_engineering(long, 'm', 3)}"
         yield as_note(
             CautionTag.NARROW_SPECTRUM,
-            f"Spectrum spans only a factor of {long / short:.2g} ({ends}). Use more ",
-            ArgumentRef("points"),
-            ".",
+            f"Spectrum spans only a factor of {long / short:.2g} ({ends}). Use more "
+            f"{ArgumentRef('points')}.",
             span=long / short,
         )
 
@@ -128,7 +127,6 @@ def _narrow(result: Mapping[str, Any]) -> Iterator[Caution]:
 def _missed_reason(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Caution:
     """Return the note on a missed parameter."""
     size, seed, cutoff = ArgumentRef("size"), ArgumentRef("rng"), ArgumentRef("cutoff_wavelength")
-    text: tuple[Part, ...]
     said = (
         f"{_name(item)} is {_value_text(item.name, item.measured)}, requested "
         f"{_value_text(item.name, item.requested)}: "
@@ -137,21 +135,14 @@ def _missed_reason(item: Parameter, surface: Surface, result: Mapping[str, Any])
         maximum = result.get("Str_max", math.nan)
         text = (
             f"Str is at most {maximum:.2g}: correlation along the lay exceeds half the map. Use a "
-            "larger ",
-            size,
-            ".",
+            f"larger {size}."
         )
     elif item.name in ("Sal", "Str"):
         hills = math.prod(side / result["rolloff_wavelength"] for side in surface.size)
-        text = (
-            f"{said}only {max(hills, 1):.0f} correlation areas fit. Use a larger ",
-            size,
-            " or another ",
-            seed,
-            ".",
-        )
+        fit = f"only {max(hills, 1):.0f} correlation areas fit"
+        text = f"{said}{fit}. Use a larger {size} or another {seed}."
     elif item.name in ("Ssk", "Sku"):
-        text = (f"{said}not reachable. Use a shorter ", cutoff, " or larger ", size, ".")
+        text = f"{said}not reachable. Use a shorter {cutoff} or larger {size}."
     else:
-        text = (f"{said}the spectrum of this grid comes no closer.",)
-    return as_note(CautionTag.GENERATE_MISSED, *text, missed=item.missed)
+        text = f"{said}the spectrum of this grid comes no closer."
+    return as_note(CautionTag.GENERATE_MISSED, text, missed=item.missed)

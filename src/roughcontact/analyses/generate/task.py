@@ -108,21 +108,8 @@ TURNING = Option.value(
 )
 OUTPUT = Option.output(f"Map: {export.list_formats(export.SURFACE)}", export.SURFACE.suffixes)
 FIGURE = Option.figure("the map")
-_PARAMETERS: tuple[Option[Any], ...] = (
-    SEED,
-    SQ,
-    SSK,
-    SKU,
-    SAL,
-    SDQ,
-    ROLLOFF,
-    CUTOFF,
-    HURST,
-    STR,
-    LAY,
-    HONING,
-    TURNING,
-)
+_TEXTURE: tuple[Option[Any], ...] = (ROLLOFF, CUTOFF, HURST, STR, LAY, HONING, TURNING)
+_PARAMETERS = (SEED, SQ, SSK, SKU, SAL, SDQ, *_TEXTURE)
 
 
 def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:

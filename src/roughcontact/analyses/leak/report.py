@@ -107,10 +107,6 @@ def _place(result: Leakage, axis: int) -> str:
     return f"{format_engineering(place['gap'], 'm')} at y {y}, x {x}"
 
 
-def _has_axis(result: Leakage, axis: int) -> bool:
-    return axis in result.axes
-
-
 def _digits(unit: str) -> Callable[[float], str]:
     return lambda value: f"{value:.3g} {unit}".rstrip() if value else "0"
 
@@ -176,7 +172,7 @@ _TABLE = (
             f"narrowest place along {name}",
             of=partial(_narrowest, axis=axis),
             text=partial(_place, axis=axis),
-            when=partial(_has_axis, axis=axis),
+            when=partial(lambda axis, result: axis in result.axes, axis),
         )
         for axis, name in enumerate(AXES)
     ),

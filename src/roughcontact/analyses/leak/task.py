@@ -36,17 +36,8 @@ GAS = Option.value(
 INLET = Option.value("inlet", PRESSURE, 'Absolute pressure of the gas at the inlet: "2 bar".')
 OUTLET = Option.value("outlet", PRESSURE, 'Absolute pressure of the gas at the outlet: "1 mbar".')
 FIGURE = Option.figure("gap and flow")
-_SEAL: tuple[Option[Any], ...] = (
-    VISCOSITY,
-    PRESSURE_DIFFERENCE,
-    SEAL_WIDTH,
-    SEAL_LENGTH,
-    RING,
-    GAS,
-    INLET,
-    OUTLET,
-    joints.TEMPERATURE,
-)
+_FACE: tuple[Option[Any], ...] = (SEAL_WIDTH, SEAL_LENGTH, RING)
+_SEAL = (VISCOSITY, PRESSURE_DIFFERENCE, *_FACE, GAS, INLET, OUTLET, joints.TEMPERATURE)
 _FLUID = (FLOW_AXIS, *_SEAL)
 
 

@@ -194,6 +194,9 @@ def resolution_study_of(request: Request, work: TaskContext, load: float) -> Res
     )
 
 
+# Options that the elastoplastic model does not have.
+_OF_SURFACE = (options.APPROACH, options.LOAD_POINT, options.CEILING, options.DEVICE)
+
 TASK = Task(
     "solve",
     """Compute pressure, real contact area and gap under one load.
@@ -233,15 +236,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         options.Rule(options.EXCLUDES, options.LOAD_POINT, STUDY),
         *(
             options.Rule(options.NEEDS, option, MODEL, value=SURFACE_MODEL)
-            for option in (
-                options.APPROACH,
-                options.LOAD_POINT,
-                options.CEILING,
-                options.DEVICE,
-                UNCALIBRATED,
-                STUDY,
-                measurement.UNCERTAINTY,
-            )
+            for option in (*_OF_SURFACE, UNCALIBRATED, STUDY, measurement.UNCERTAINTY)
         ),
         *(
             options.Rule(options.NEEDS, option, MODEL, value=VOLUME_MODEL)
