@@ -115,7 +115,7 @@ Load = NominalPressure | LineLoad | HertzPressure
 """Types of loads that depend on the bodies."""
 
 UNITS = {NominalPressure: "Pa", LineLoad: "N/m", HertzPressure: "Pa"}
-NAMES = {
+NAMES: dict[type[Load], str] = {
     NominalPressure: "nominal pressure",
     LineLoad: "line load",
     HertzPressure: "Hertz's peak pressure",
@@ -143,9 +143,7 @@ class GivenLoad:
 
 def from_summary(text: dict[str, Any]) -> GivenLoad:
     """Return the load of a record of `GivenLoad.summary`."""
-    (kind,) = (
-        kind for kind in (NominalPressure, LineLoad, HertzPressure) if NAMES[kind] == text["form"]
-    )
+    (kind,) = (kind for kind, name in NAMES.items() if name == text["form"])
     return GivenLoad(kind(float(text["value"])), float(text["load"]))
 
 
@@ -206,11 +204,7 @@ def force_on_pair(load: Any, pair: Pair, argument: str = "load") -> Any:
             return load.value * pair.size[shape.axis]
         case HertzPressure():
             shape = nominal_hertz.shape_of(pair)
-            result = (
-                None
-                if shape is None
-                else nominal_hertz.load_of_peak_pressure(pair, shape, load.value)
-            )
+            result = shape and nominal_hertz.load_of_peak_pressure(pair, shape, load.value)
             if result is None:
                 needed = "sphere, ellipsoid, or cylinder along x or y"
                 raise _form_error(load, needed, shape, argument)

@@ -230,9 +230,7 @@ class Pair:
         return {
             "version": __version__,
             "surface": digest_arrays(surface.heights, surface.pixel, surface.holes_masked),
-            "counter_surface": None
-            if counter is None
-            else digest_arrays(counter.heights, counter.pixel),
+            "counter_surface": counter and digest_arrays(counter.heights, counter.pixel),
             "source": surface.provenance.source,
             "material": _words(self.material),
             "counter_material": _words(self.counter_material),

@@ -223,38 +223,20 @@ class Comparison(Result):
         """Yield cautions on maps of different pixel, shortest wave or size."""
         pixels = [edge for sample in self.samples for edge in sample.pixel]
         if _differ_beyond(pixels):
-            low, high = (format_engineering(end, "m") for end in (min(pixels), max(pixels)))
-            yield as_caution(
-                CautionTag.UNLIKE_PIXEL,
-                f"Pixels differ ({low} to {high}): finer maps show less contact. Use a common "
-                f"{ArgumentRef('pixel')}.",
-                ratio=max(pixels) / min(pixels),
-                smallest=min(pixels),
-                largest=max(pixels),
-            )
+            advice = f"finer maps show less contact. Use a common {ArgumentRef('pixel')}."
+            text, numbers = _unlike("Pixels", pixels, "m", advice, 4)
+            yield as_caution(CautionTag.UNLIKE_PIXEL, text, **numbers)
         waves = [sample.shortest_wave for sample in self.samples]
         # Shortest waves follow from the pixels, which have their own caution.
         if _differ_beyond(waves, 4 * _SIMILARITY_TOLERANCE) and not _differ_beyond(pixels):
-            low, high = (format_engineering(end, "m", 3) for end in (min(waves), max(waves)))
-            yield as_caution(
-                CautionTag.UNLIKE_PIXEL,
-                f"Shortest waves differ ({low} to {high}): contact area differs for that alone. "
-                f"Use a common {ArgumentRef('s')}.",
-                ratio=max(waves) / min(waves),
-                smallest=min(waves),
-                largest=max(waves),
-            )
+            advice = f"contact area differs for that alone. Use a common {ArgumentRef('s')}."
+            text, numbers = _unlike("Shortest waves", waves, "m", advice)
+            yield as_caution(CautionTag.UNLIKE_PIXEL, text, **numbers)
         areas = [sample.curve.nominal_area for sample in self.samples]
         if _differ_beyond(areas):
-            low, high = (format_engineering(end, "m²", 3) for end in (min(areas), max(areas)))
-            yield as_note(
-                CautionTag.UNLIKE_SIZE,
-                f"Map sizes differ ({low} to {high}): compare contact area, not approach or peak "
-                "pressure.",
-                ratio=max(areas) / min(areas),
-                smallest=min(areas),
-                largest=max(areas),
-            )
+            advice = "compare contact area, not approach or peak pressure."
+            text, numbers = _unlike("Map sizes", areas, "m²", advice)
+            yield as_note(CautionTag.UNLIKE_SIZE, text, **numbers)
 
     def _sampled(self) -> Iterable[Caution]:
         """Yield cautions on how well the maps represent their surfaces."""
@@ -291,6 +273,15 @@ def rows_by_ceiling(comparison: Comparison) -> list[tuple[str, str, Comparison]]
 
 def _differ_beyond(values: Sequence[float], part: float = _SIMILARITY_TOLERANCE) -> bool:
     return max(values) > (1 + part) * min(values)
+
+
+def _unlike(
+    what: str, values: Sequence[float], unit: str, advice: str, digits: int = 3
+) -> tuple[str, dict[str, float]]:
+    """Return text and numbers of a caution on values that differ between maps."""
+    low, high = min(values), max(values)
+    ends = " to ".join(format_engineering(end, unit, digits) for end in (low, high))
+    return f"{what} differ ({ends}): {advice}", dict(ratio=high / low, smallest=low, largest=high)
 
 
 def _group_phrase(groups: Sequence[Group]) -> str:
