@@ -19,21 +19,14 @@ _TEXT_START = 2**15
 # First bytes -> name of the format.
 _SIGNATURES = (
     (b"\x93NUMPY", "npy"),
-    (b"CDF\x01", "netcdf"),
-    (b"CDF\x02", "netcdf"),
-    (b"CDF\x05", "netcdf"),
+    ((b"CDF\x01", b"CDF\x02", b"CDF\x05"), "netcdf"),
     (b"Gwyddion Simple Field ", "gsf"),
-    (b"ply\n", "ply"),
-    (b"ply\r", "ply"),
+    ((b"ply\n", b"ply\r"), "ply"),
     (b"SigmaSurf_Data", "smd"),
-    (b"DIGITAL SURF", "sur"),
-    (b"DSCOMPRESSED", "sur"),
+    ((b"DIGITAL SURF", b"DSCOMPRESSED"), "sur"),
     (b"GWYP", "gwy"),
     (b"AliconaImaging", "al3d"),
-    (b"VK3_", "vk"),
-    (b"VK4_", "vk"),
-    (b"VK6", "vk"),
-    (b"VK7", "vk"),
+    ((b"VK3_", b"VK4_", b"VK6", b"VK7"), "vk"),
     (b"\\*File list", "di"),
 )
 # First bytes -> contents that are no map under any suffix.
@@ -42,8 +35,7 @@ _NO_MAPS = (
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"GIF8", "a GIF image"),
-    (b"<!DOCTYPE", "a web page, not the file itself"),
-    (b"<html", "a web page, not the file itself"),
+    ((b"<!DOCTYPE", b"<html"), "a web page, not the file itself"),
     (b"version https://git-lfs", "a pointer of Git LFS, not the file itself"),
     (b"MATLAB 5.0", "a MATLAB file"),
     (b"# .PCD", "a point cloud of PCL, no map"),
@@ -58,9 +50,9 @@ UNREAD = {
 """Suffix -> family of files that are not read, and the remedy."""
 
 # First bytes -> containers of many formats, for errors.
+_TIFF = (b"II*\0", b"MM\0*")
 _CONTAINERS = (
-    (b"II*\0", "a TIFF image"),
-    (b"MM\0*", "a TIFF image"),
+    (_TIFF, "a TIFF image"),
     (b"PK\3\4", "a ZIP archive"),
     (b"\xd0\xcf\x11\xe0", "a document of Office before 2007 or another OLE container"),
     (b"\x89HDF", "an HDF5 file"),
@@ -68,7 +60,6 @@ _CONTAINERS = (
 _STL = re.compile(rb"solid\b[^\n]*\n\s*facet\b")
 # Axes in the records of a profile.
 _RECORDS = re.compile(rb"^C[XZ]\0?[ \t]+[A-Z]\0?[ \t]+[\d.]", re.MULTILINE)
-_TIFF = (b"II*\0", b"MM\0*")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 TEXT, HDF5 = "text", "hdf5"

@@ -30,8 +30,6 @@ from roughcontact.formats.source import (
     make_surface,
     one_line,
     refuse_unit,
-    resolve_pixel,
-    to_meters,
     unit_in_meters,
 )
 from roughcontact.surface.grid import PROFILE_WIDTH
@@ -44,39 +42,21 @@ T = TypeVar("T")
 # SurfaceTopography confuses the files of some vendors, and accepts any file for `hgt`, which is
 # therefore excluded, as are its readers of formats without units that are not from instruments
 # (MATLAB, HDF5, lists of points) and of single profiles.
-SUFFIXES = {
-    "al3d": (".al3d",),
+_LIKE_SUFFIX = "al3d datx frt gwy ibw lext mdt mi mnt nms oir opd opdx os3d plux poir sdf tmd x3p"
+SUFFIXES: dict[str, tuple[str, ...]] = {
     "bcr": (".bcr", ".bcrf"),
-    "datx": (".datx",),
     "di": (".di", ".spm"),
     "ezd": (".ezd", ".nid"),
-    "frt": (".frt",),
-    "gwy": (".gwy",),
-    "ibw": (".ibw",),
     "jpk": (".jpk", ".jpk-qi-image"),
-    "lext": (".lext",),
-    "mdt": (".mdt",),
     "metropro": (".dat",),
-    "mi": (".mi",),
-    "mnt": (".mnt",),
-    "nms": (".nms",),
-    "oir": (".oir",),
-    "opd": (".opd",),
-    "opdx": (".opdx",),
-    "os3d": (".os3d",),
     "plu": (".apx", ".plu"),
-    "plux": (".plux",),
-    "poir": (".poir",),
     "qep": (".prf", ".qep"),
-    "sdf": (".sdf",),
     "sur": (".pro", ".sur"),
-    "tmd": (".tmd",),
     "vk": (".vk3", ".vk4", ".vk6", ".vk7"),
     "wsxm": (".stp", ".top"),
-    "x3p": (".x3p",),
-    "zmg": (".zmg",),
-    "zon": (".zon",),
+    **{name: (f".{name}",) for name in (*_LIKE_SUFFIX.split(), "zmg", "zon")},
 }
+SUFFIXES = dict(sorted(SUFFIXES.items()))
 
 # A length unit does not make a channel a height: a calibrated deflection or amplitude error is in
 # nm, too. SurfaceTopography 1.27 reports all channels of a Bruker file as heights.
@@ -168,14 +148,11 @@ def _read_map(path: Path, name: str, requested: ReadOptions) -> Surface:
             values, stated, notes = _profile_map(topography, values, metre)
         elif described.shape[0] == 1 and stated is not None:
             stated = PROFILE_WIDTH, stated[1]
-        pixel = resolve_pixel(path, stated, values.T.shape, requested)
         contradiction = _header_contradiction(path, name, entry, values)
         if contradiction:
             raise FormatError(
                 f"{path.name} contradicts itself: {contradiction}; copy or export it again"
             )
-        # SurfaceTopography has [x, y], this package [y, x].
-        heights = to_meters(np.ascontiguousarray(values.T), metre)
         instrument = _instrument_name(reader, entry)
         acquired = _acquisition_time(entry)
         if name == "sur" and (entry.info.get("raw_metadata") or {}).get("imprint"):
@@ -183,7 +160,8 @@ def _read_map(path: Path, name: str, requested: ReadOptions) -> Surface:
     provenance = Provenance(
         source=path.name, instrument=instrument, channel=_channel_name(result, index), steps=notes
     )
-    return make_surface(path, heights, pixel, provenance, metre, stated, acquired)
+    # SurfaceTopography has [x, y], this package [y, x].
+    return make_surface(path, values.T, metre, requested, provenance, stated, **acquired)
 
 
 def _list_channels(path: Path, name: str) -> tuple[Channel, ...]:
@@ -386,13 +364,13 @@ def _channel_name(result: list[Channel], index: int) -> str:
     return name if len(result) > 1 else ""
 
 
-def _acquisition_time(entry: Any) -> str:
+def _acquisition_time(entry: Any) -> dict[str, str]:
     """Return the time of measurement; empty if missing or if the clock was not set."""
     when = entry.info.get("acquisition_time")
     # Instruments with an unset clock, and programs without dates, write 1970.
     if not isinstance(when, datetime) or when.year <= _EPOCH:
-        return ""
-    return when.isoformat(timespec="seconds")
+        return {}
+    return {"acquired": when.isoformat(timespec="seconds")}
 
 
 def _instrument_name(reader: Any, entry: Any) -> str:

@@ -33,8 +33,6 @@ from roughcontact.formats.source import (
     make_surface,
     one_line,
     refuse_unit,
-    resolve_pixel,
-    to_meters,
     unit_in_meters,
 )
 from roughcontact.formats.text_files import Head
@@ -211,11 +209,9 @@ def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
     metre, text = _height_unit(path, head, requested)
     _require_map(path, values.shape, values.dtype, None)
     ny, nx = values.shape
-    stated = head.pixel_of((ny, nx))
-    pixel = resolve_pixel(path, stated, values.shape, requested)
     about = Provenance(path.name, f"matrix ({name})", head.channel, (*steps, *text))
-    heights = to_meters(values, metre * head.factor)
-    return make_surface(path, heights, pixel, about, metre * head.factor, stated)
+    stated = head.pixel_of((ny, nx))
+    return make_surface(path, values, metre * head.factor, requested, about, stated)
 
 
 def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
@@ -289,13 +285,11 @@ def map_of_points(
     metre, text = _height_unit(path, head, requested)
     lateral = metre if head.lateral is None else head.lateral
     stated = (steps_apart[0] * lateral, steps_apart[1] * lateral) if lateral else None
-    pixel = resolve_pixel(path, stated, heights.shape, requested)
     note = f"read: {values.shape[0]} points x, y, z placed on their grid"
     if absent:
         note += f", {absent} of it without a point"
     about = Provenance(path.name, f"points ({name})", head.channel, (*steps, *text, note))
-    laid = to_meters(heights, metre * head.factor)
-    return make_surface(path, laid, pixel, about, metre * head.factor, stated)
+    return make_surface(path, heights, metre * head.factor, requested, about, stated)
 
 
 def _apply_head(path: Path, values: Array, head: Head) -> Array:
@@ -386,10 +380,9 @@ def scale_array(
     _refuse_points(path, values)
     _refuse_list(path, values)
     metre, notes = _height_unit(path, Head(0, unit=unit), requested)
-    pixel = resolve_pixel(path, stated, values.shape, requested)
     for text in notes:
         provenance = provenance.then(Operation.note(text))
-    return make_surface(path, to_meters(values, metre), pixel, provenance, metre, stated)
+    return make_surface(path, values, metre, requested, provenance, stated)
 
 
 def _scaled(
@@ -406,11 +399,9 @@ def _scaled(
     else:
         refuse_unit(path, requested)
         metre, stated = scale
-    pixel = resolve_pixel(path, stated, values.shape, requested)
-    heights = to_meters(values, metre)
     # Files of this program have NaN for missing points.
     details: dict[str, Any] = {} if scale is None else {"marks_missing": True}
-    return make_surface(path, heights, pixel, provenance, metre, stated, **details)
+    return make_surface(path, values, metre, requested, provenance, stated, **details)
 
 
 @contextmanager

@@ -28,11 +28,7 @@ _LINES = {
 }
 # Names of types in C that NumPy has under another name.
 _PLY_TYPES = dict(
-    zip(
-        ("char", "uchar", "short", "ushort", "int", "uint", "float", "double"),
-        "bBhHiIfd",
-        strict=True,
-    )
+    char="b", uchar="B", short="h", ushort="H", int="i", uint="I", float="f", double="d"
 )
 
 

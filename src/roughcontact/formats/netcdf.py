@@ -19,8 +19,6 @@ from roughcontact.formats.source import (
     damage_as_error,
     make_surface,
     refuse_unit,
-    resolve_pixel,
-    to_meters,
     unit_in_meters,
 )
 from roughcontact.surface.provenance import Provenance
@@ -33,7 +31,7 @@ SIGNATURE = b"CDF"
 _BYTES_PER_POINT = 40
 
 
-def read_classic(path: Path, requested: ReadOptions) -> Surface:
+def _read_classic(path: Path, requested: ReadOptions) -> Surface:
     """Return the map in the variable ``heights`` of a classic NetCDF file."""
     result, unit = _read_classic_arrays(path, requested)
     if unit:
@@ -42,21 +40,14 @@ def read_classic(path: Path, requested: ReadOptions) -> Surface:
     values = result["heights"].values.astype(np.float64)
     if "mask" in result:
         values[result["mask"].values != 0] = np.nan
-    ny, nx = shape = values.shape[::-1]
+    nx, ny = values.shape
     stated = None
     if all("length" in result[axis].attrs for axis in "yx"):
         along_y, along_x = (float(result[axis].attrs["length"]) * metre for axis in "yx")
         stated = along_y / ny, along_x / nx
-    pixel = resolve_pixel(path, stated, shape, requested)
     about = Provenance(path.name, "SurfaceTopography NetCDF")
     # The first index is along x.
-    return make_surface(path, to_meters(values.T, metre), pixel, about, metre, stated)
-
-
-def classic_channels(path: Path) -> tuple[Channel, ...]:
-    """Return the heights as the only channel."""
-    result, unit = _read_classic_arrays(path, ReadOptions())
-    return (Channel("heights", unit, True, result["heights"].values.shape[::-1]),)
+    return make_surface(path, values.T, metre, requested, about, stated)
 
 
 def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[netcdf.Dataset, str]:
@@ -104,7 +95,7 @@ def save(surface: Surface, path: str | os.PathLike[str]) -> None:
 def read_netcdf(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in a NetCDF file: ``height`` [m] over ``y`` and ``x`` [m]."""
     if _is_classic(path):
-        return read_classic(path, requested)
+        return _read_classic(path, requested)
     refuse_unit(path, requested)
     return _map(path, requested)
 
@@ -112,7 +103,8 @@ def read_netcdf(path: Path, name: str, requested: ReadOptions) -> Surface:
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
     if _is_classic(path):
-        return classic_channels(path)
+        result, unit = _read_classic_arrays(path, ReadOptions())
+        return (Channel("heights", unit, True, result["heights"].values.shape[::-1]),)
     return (Channel("height", "m", True, _map(path, ReadOptions()).shape),)
 
 
@@ -150,9 +142,8 @@ def _map(path: Path, requested: ReadOptions) -> Surface:
             f"{path.name} has neither attributes pixel_y and pixel_x [m] nor evenly spaced "
             f"coordinates y and x; {expected}"
         ) from None
-    chosen = resolve_pixel(path, pixel, values.shape, requested)
     about = Provenance(path.name, "roughcontact NetCDF")
-    return make_surface(path, values, chosen, about, stated=pixel)
+    return make_surface(path, values, 1.0, requested, about, pixel)
 
 
 def _spacing(centres: Array) -> float:

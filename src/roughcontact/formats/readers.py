@@ -30,13 +30,10 @@ def reader(name: str) -> Any:
     _make_packages()
     module = import_module(f"{_LIBRARY}.IO.{_MODULES.get(name, name.upper())}")
     for known in vars(module).values():
-        if getattr(known, "__module__", "") == module.__name__ and _reads(known, name):
+        own = getattr(known, "__module__", "") == module.__name__ and hasattr(known, "channels")
+        if own and known.format() == name:
             return known
     raise ImportError(f"{module.__name__} has no reader of {name!r}")
-
-
-def _reads(known: Any, name: str) -> bool:
-    return hasattr(known, "channels") and known.format() == name
 
 
 def _make_packages() -> None:

@@ -190,22 +190,20 @@ def open_existing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 def make_surface(
     path: Path,
-    heights: NDArray[Any],
-    pixel: tuple[float, float],
+    values: NDArray[Any],
+    metre: float,
+    requested: ReadOptions,
     provenance: Provenance,
-    metre: float = 1.0,
     stated: tuple[float, float] | None = None,
-    acquired: str = "",
     **details: object,
 ) -> Surface:
-    """Return a map, or raise an error about its file; ``details`` are for `read.read_surface`."""
-    result: dict[str, object] = {"unit": metre, **details}
+    """Return a map from its values in a unit [m]; ``details`` are for `read.read_surface`."""
+    pixel, heights = resolve_pixel(path, stated, values.shape, requested), to_meters(values, metre)
+    result: dict[str, object] = {"unit": metre}
     if stated is not None and stated != pixel:
         sides = [n * edge for n, edge in zip(heights.shape, stated, strict=True)]
         result["stated_size"] = sides[heights.shape[0] == 1 :]
-    if acquired:
-        result["acquired"] = acquired
-    origin = Operation("read_surface", {"path": path.name}, result)
+    origin = Operation("read_surface", {"path": path.name}, result | details)
     try:
         return Surface(heights, pixel, replace(provenance, origin=origin))
     except InputError as error:

@@ -41,6 +41,9 @@ UNITS = {
 _CEILING_ONLY = {"saturated", "residual_indentation", "ceiling"}
 _VOLUME_ONLY = {"residual_displacement"}
 
+# Constants of a body in the summary of a result.
+_BODY = ("young", "poisson", "yield_strength", "hardness")
+
 
 def surface_of(source: Surface | Result) -> Surface:
     """Return the map itself, or the map of the rough body of a result."""
@@ -152,13 +155,7 @@ def result_record(result: Result) -> dict[str, Any]:
         "converged": result.converged,
         "precision": result.precision,
         **{
-            name: {
-                "rigid": math.isinf(body.young),
-                "young": body.young,
-                "poisson": body.poisson,
-                "yield_strength": body.yield_strength,
-                "hardness": body.hardness,
-            }
+            name: {"rigid": math.isinf(body.young), **{key: getattr(body, key) for key in _BODY}}
             for name, body in bodies.items()
         },
         "counter_source": None if other is None else other.provenance.source,

@@ -37,8 +37,6 @@ from roughcontact.formats.source import (
     is_length,
     make_surface,
     refuse_unit,
-    resolve_pixel,
-    to_meters,
     unit_in_meters,
 )
 from roughcontact.surface.grid import PROFILE_WIDTH
@@ -198,7 +196,8 @@ def _parse_head_text(
     if "side_x" in result and "side_y" in result:
         # Lengths without a unit of SPIP are in nanometers.
         default = lateral or (1e-9 if "ascii" in result else None)
-        if default is None and not all(_has_unit(result[f"side_{axis}"]) for axis in "yx"):
+        texts = [result[f"side_{axis}"].strip() for axis in "yx"]
+        if default is None and any(re.fullmatch(_NUMBER, text) for text in texts):
             # The lengths may be numbers of points.
             return head
         sides = [_length(result, f"side_{axis}", default) for axis in "yx"]
@@ -269,10 +268,6 @@ def _length(result: dict[str, str], key: str, metre: float | None) -> float:
     if unit or metre is None:
         return units.parse(f"{_float(number[0])!r} {unit}", "length", key)
     return _float(number[0]) * metre
-
-
-def _has_unit(text: str) -> bool:
-    return re.fullmatch(_NUMBER, text.strip()) is None
 
 
 def _float(text: str) -> float:
@@ -435,11 +430,9 @@ def read_trace(path: Path, trace: Trace, requested: ReadOptions) -> Surface:
         )
     stated = (PROFILE_WIDTH, spacing)
     requested.check_shape((1, even.size))
-    pixel = resolve_pixel(path, stated, (1, even.size), requested)
     about = Provenance(path.name, "profile (text)", "", notes)
-    heights = to_meters(even[None], across)
     codes: dict[str, Any] = {"no_data": list(marked.items())} if marked else {}
-    return make_surface(path, heights, pixel, about, across, stated, **codes)
+    return make_surface(path, even[None], across, requested, about, stated, **codes)
 
 
 def resample_evenly(
@@ -552,9 +545,8 @@ def read_single_column(path: Path, heights: Array, requested: ReadOptions) -> Su
         raise FormatError(f"{path.name} holds one number, no heights of a map or a profile")
     metre = unit_in_meters(path, requested.unit)
     requested.check_shape((1, heights.size))
-    pixel = resolve_pixel(path, None, (1, heights.size), requested)
     about = Provenance(path.name, "profile (text)")
-    return make_surface(path, to_meters(heights[None], metre), pixel, about, metre)
+    return make_surface(path, heights[None], metre, requested, about)
 
 
 @dataclass(frozen=True)
@@ -736,10 +728,8 @@ def read_profile(path: Path, name: str, requested: ReadOptions) -> Surface:
     heights, unit, spacing = _load(path)
     refuse_unit(path, requested)
     requested.check_shape((1, heights.size))
-    stated = PROFILE_WIDTH, spacing
-    pixel = resolve_pixel(path, stated, (1, heights.size), requested)
     about = Provenance(path.name, f"profile ({name})")
-    return make_surface(path, to_meters(heights[None], unit), pixel, about, unit, stated)
+    return make_surface(path, heights[None], unit, requested, about, (PROFILE_WIDTH, spacing))
 
 
 def profile_channels(path: Path, name: str) -> tuple[Channel, ...]:

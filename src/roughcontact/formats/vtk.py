@@ -87,22 +87,10 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
         _VtkArray.from_values(name, values, "m")
         for name, values in zip("xyz", (x, y, z), strict=True)
     ]
+    # One layer at a time: a tensor of the whole volume would need its memory again.
     data = [
-        _in_cells(cells, "plastic_strain", "1", _tensor("plastic_strain"), 6),
-        _in_cells(
-            cells, "accumulated_plastic_strain", "1", lambda cell: cell.layer_values("accumulated")
-        ),
-        _in_cells(cells, "stress", "Pa", _tensor("stress", "mean_stress"), 6),
-        _in_cells(cells, "von_mises", "Pa", lambda cell: equivalent(cell.layer_values("stress"))),
-        _in_cells(
-            cells, "residual_stress", "Pa", _tensor("residual_stress", "mean_residual_stress"), 6
-        ),
-        _in_cells(
-            cells,
-            "residual_von_mises",
-            "Pa",
-            lambda cell: equivalent(cell.layer_values("residual_stress")),
-        ),
+        _VtkArray(name, cells[0].body.stress.dtype, unit, components, map(show, cells))
+        for name, unit, components, show in _CELL_DATA
     ]
     _write_vtk(
         path,
@@ -143,18 +131,6 @@ def _stacked(result: ElastoplasticResult) -> tuple[NDArray[np.float64], list[_La
     return np.array(faces), cells
 
 
-def _in_cells(
-    cells: list[_Layer],
-    name: str,
-    unit: str,
-    show: Callable[[_Layer], NDArray[Any]],
-    components: int = 1,
-) -> _VtkArray:
-    # One layer at a time: a tensor of the whole volume would need its memory again.
-    parts = (np.asarray(show(cell)) for cell in cells)
-    return _VtkArray(name, cells[0].body.stress.dtype, unit, components, parts)
-
-
 def _tensor(name: str, mean: str | None = None) -> Callable[[_Layer], NDArray[Any]]:
     """Return a function for the six components of a tensor in the axes of the file."""
 
@@ -165,6 +141,17 @@ def _tensor(name: str, mean: str | None = None) -> Callable[[_Layer], NDArray[An
         return six
 
     return tensor_components
+
+
+# Name, unit and number of components of a field over all cells, and its values in a layer.
+_CELL_DATA: tuple[tuple[str, str, int, Callable[[_Layer], NDArray[Any]]], ...] = (
+    ("plastic_strain", "1", 6, _tensor("plastic_strain")),
+    ("accumulated_plastic_strain", "1", 1, lambda cell: cell.layer_values("accumulated")),
+    ("stress", "Pa", 6, _tensor("stress", "mean_stress")),
+    ("von_mises", "Pa", 1, lambda cell: equivalent(cell.layer_values("stress"))),
+    ("residual_stress", "Pa", 6, _tensor("residual_stress", "mean_residual_stress")),
+    ("residual_von_mises", "Pa", 1, lambda cell: equivalent(cell.layer_values("residual_stress"))),
+)
 
 
 @dataclass(frozen=True, eq=False)
