@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.signal import convolve
 
+from pixel_stress import pixel_stress
 from roughcontact.errors import InputError
 from roughcontact.halfspace import fft, stress, stress_kernels, stress_summary, tensors
 
@@ -26,10 +27,10 @@ def direct(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     """Sum over all pairs of pixels; no transform."""
     ny, nx = pressure.shape
     pulls = {"x": friction * math.cos(direction), "y": friction * math.sin(direction)}
-    normal = stress_kernels.stress_coefficients(pressure.shape, pixel, depth, poisson)
+    normal = pixel_stress(pressure.shape, pixel, depth, poisson)
     tables = [all_offsets(normal[n], odd) for n, odd in enumerate(PARITIES)]
     for axis, share in pulls.items():
-        pulled = stress_kernels.stress_coefficients(pressure.shape, pixel, depth, poisson, axis)
+        pulled = pixel_stress(pressure.shape, pixel, depth, poisson, axis)
         for n, (y, x) in enumerate(PARITIES):
             odd = (y ^ (axis == "y"), x ^ (axis == "x"))
             tables[n] = tables[n] + share * all_offsets(pulled[n], odd)

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._tools.arrays import Array, Shape
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.errors import InputError, input_error, require_choice, require_pixel
 from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
@@ -88,7 +88,7 @@ class Responses:
     def __init__(
         self,
         source: NDArray[Any],
-        padded: tuple[int, int],
+        padded: Shape,
         terms: Sequence[Term],
         *,
         workspace: Workspace,
@@ -376,7 +376,7 @@ class Field:
 
 def field_of(
     pressure: ArrayLike,
-    pixel: tuple[float, float],
+    pixel: Pixel,
     poisson: float,
     boundary: str,
     friction: float,
@@ -396,7 +396,7 @@ def field_of(
     boundary = Boundary(boundary)
     if source.shape[0] == 1 and boundary is Boundary.PERIODIC_Y:
         boundary, pixel = Boundary.FREE, (_LONG * source.shape[1] * pixel[1], pixel[1])
-    boundary.require_stress()
+    boundary.require_known_below("the stress below the surface")
     require_choice(("double", "single"), precision=precision)
     pulls = [(axis, share, 0) for axis, share in pulls_of(friction, direction)]
     unit = float(np.abs(source).max()) or 1.0
@@ -408,7 +408,7 @@ def field_of(
     loads = UnitLoads(pixel, poisson, tuple(pulls))
     terms = loads.wave_terms() if not boundary.free_axes else loads.terms()
 
-    def responses(padded: tuple[int, int]) -> Responses:
+    def responses(padded: Shape) -> Responses:
         return Responses(source, padded, terms, workspace=workspace, precision=precision)
 
     if not boundary.free_axes:
@@ -543,12 +543,12 @@ class UnitLoads:
         return sample(x, y, z, self.poisson)
 
 
-def unit_loads(pixel: tuple[float, float], poisson: float) -> UnitLoads:
+def unit_loads(pixel: Pixel, poisson: float) -> UnitLoads:
     """Return a unit pressure without traction, on pixels or in waves."""
     return UnitLoads(pixel, poisson, ())
 
 
-def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int]) -> Symbols:
+def _spread(symbols: Symbols, pixel: Pixel, period: Shape) -> Symbols:
     """Return the symbols of forces spread over pixels, exact in the wave vector."""
     wave_y, wave_x = (
         edge * np.sinc(np.arange(highest + 1) / length)
@@ -563,7 +563,7 @@ def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int
     return Symbols(symbols.highest, block)
 
 
-def steps(shape: Shape, pixel: tuple[float, float], depth: float) -> tuple[int, int]:
+def steps(shape: Shape, pixel: Pixel, depth: float) -> tuple[int, int]:
     """Return the steps between samples of the kernels along y and x, in pixels."""
     y, x = (
         min(depth / (_SAMPLES * edge), _BLEND_SAMPLES * (_BLEND - 1) * n, _COARSEST)
@@ -611,7 +611,7 @@ def blended(
     kernels: Callable[[Offsets, Offsets], Iterator[Array]],
     terms: list[Term],
     shape: Shape,
-    period: tuple[int, int],
+    period: Shape,
     rows: Offsets,
     columns: Offsets,
 ) -> list[Array]:
@@ -659,9 +659,7 @@ _MIN_DEPTH_PIXELS = 0.5
 _MAX_DEPTH_RADII = 3.0
 
 
-def graded_depths(
-    pressure: NDArray[Any], pixel: tuple[float, float], *, boundary: str = "free"
-) -> Array:
+def graded_depths(pressure: NDArray[Any], pixel: Pixel, *, boundary: str = "free") -> Array:
     """Return depths that follow the stress from a single pixel to the whole contact.
 
     Parameters
@@ -735,7 +733,7 @@ class Slice:
 
 def slices(
     pressure: ArrayLike,
-    pixel: tuple[float, float],
+    pixel: Pixel,
     depths: ArrayLike,
     poisson: float,
     *,
@@ -785,7 +783,7 @@ def slices(
     Notes
     -----
     Free: pressure is constant on each pixel, and the stress at the pixel centers is exact
-    (`stress_kernels.stress_coefficients`). In single precision, kernels that are smooth at their
+    (`stress_kernels.uniform_pressure`). In single precision, kernels that are smooth at their
     depth are sampled at fewer points, which keeps the stress within 1e-6 of the largest pressure.
 
     Periodic: pressure is the trigonometric polynomial through the pixel centers, and each of its

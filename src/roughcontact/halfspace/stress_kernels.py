@@ -14,70 +14,9 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from roughcontact._tools.arrays import Array, Shape
-from roughcontact.errors import input_error, require_pixel
+from roughcontact._tools.arrays import Array
+from roughcontact.errors import input_error
 from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, ZZ
-
-
-def stress_coefficients(
-    shape: Shape, pixel: tuple[float, float], depth: float, poisson: float, direction: str = "z"
-) -> Array:
-    """Return the stress at one depth under a unit traction on the pixel ``[0, 0]``.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Number of offsets ``(ny, nx)``, from 0.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    depth : float
-        z ≥ 0 [m].
-    poisson : float
-        Poisson's ratio ν of the body.
-    direction : {"z", "x", "y"}
-        Direction of the traction on the body; "z" is a pressure.
-
-    Returns
-    -------
-    ndarray, shape (6, ny, nx)
-        Stress over traction at the pixel centers [1]. Under a pressure yz is odd in y, xz odd in
-        x, xy odd in both, the others are even; a traction along x or y flips this in that
-        direction.
-
-    Raises
-    ------
-    InputError
-        If an argument is outside its range.
-
-    Notes
-    -----
-    For the closed forms see `uniform_pressure` and `uniform_parts`.
-
-    Every derivative is a signed sum over the corners of an elementary function. The functions
-    here are odd in each corner coordinate, up to terms that cancel in the sum, and free of 0/0 and
-    of cancelling logarithms at the surface. The limits at z = 0 are exact: σ_zz = -1 on the loaded
-    pixel and 0 elsewhere. Errors are about 1e-15 of the unit traction.
-
-    References
-    ----------
-    Love, Phil. Trans. R. Soc. A 228 (1929) 377, doi:10.1098/rsta.1929.0009;
-    Johnson, Contact Mechanics (1985), secs. 3.2, 3.6, doi:10.1017/CBO9781139171731;
-    Liu and Wang, J. Tribol. 124 (2002) 36, doi:10.1115/1.1401017
-
-    Examples
-    --------
-    >>> stress_coefficients((1, 1), (1.0, 1.0), depth=0.0, poisson=0.3)[:3, 0, 0].round(12)
-    array([-0.8, -0.8, -1. ])
-    """
-    require_pixel(pixel)
-    require_poisson(poisson)
-    _require_load(depth, direction)
-    y = (np.arange(shape[0] + 1, dtype=np.float64) - 0.5) * pixel[0]
-    x = (np.arange(shape[1] + 1, dtype=np.float64) - 0.5) * pixel[1]
-    if direction == "z":
-        return np.stack([kernel.T for kernel in uniform_pressure(x, y, depth, poisson)])
-    parts = uniform_parts(x, y, depth, poisson)
-    return np.stack([kernel.T for kernel in sum_parts(parts, poisson, 0.0, [(direction, 1.0)])])
 
 
 def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -> Iterator[Array]:
@@ -95,14 +34,26 @@ def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -
     Yields
     ------
     ndarray, shape (nx, ny)
-        xx, yy, zz, yz, xz, xy, one after the other; see `stress_coefficients`.
+        xx, yy, zz, yz, xz, xy, one after the other: stress over pressure at the pixel centers [1].
+        yz is odd in y, xz odd in x, xy odd in both, the others are even.
 
     Notes
     -----
+    Every derivative is a signed sum over the corners of an elementary function. The functions
+    here are odd in each corner coordinate, up to terms that cancel in the sum, and free of 0/0 and
+    of cancelling logarithms at the surface. The limits at z = 0 are exact: σ_zz = -1 on the loaded
+    pixel and 0 elsewhere. Errors are about 1e-15 of the unit pressure.
+
     With V = ∫∫ 1/ρ over the loaded rectangle and χ = ∫∫ ln(ρ + z) (Love 1929, sec. 4)::
 
         2π σ_xx = 2ν V_z - z V_xx - (1-2ν) χ_xx       2π σ_zz = V_z - z V_zz
         2π σ_xy = -(1-2ν) χ_xy - z V_xy               2π σ_xz = -z V_xz
+
+    References
+    ----------
+    Love, Phil. Trans. R. Soc. A 228 (1929) 377, doi:10.1098/rsta.1929.0009;
+    Johnson, Contact Mechanics (1985), secs. 3.2, 3.6, doi:10.1017/CBO9781139171731;
+    Liu and Wang, J. Tribol. 124 (2002) 36, doi:10.1115/1.1401017
     """
     x, y = x_edges[:, None], y_edges
     a, b = x * x + z * z, y * y + z * z
@@ -424,13 +375,6 @@ def _pulled(axis: str, c: Array, s: Array, qz: Array, poisson: float) -> tuple[A
     if axis == "x":
         return along, across, -m * qz, far, near, in_plane
     return across, along, -m * qz, near, far, in_plane
-
-
-def _require_load(depth: float, direction: str) -> None:
-    if not 0 <= depth < math.inf:
-        raise input_error("depth", depth, "must be finite and ≥ 0 [m]")
-    if direction not in ("x", "y", "z"):
-        raise input_error("direction", direction, "must be 'z', 'x' or 'y'")
 
 
 def require_poisson(poisson: float) -> None:
