@@ -48,9 +48,8 @@ _OF_THE_CEILING = (
 
 def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
     """Return the cautions on a state of the volume, the most severe first."""
-    answer = [check(result) for check in _CHECKS]
     shown = (c for c in result.solution.cautions if c.kind not in _OF_THE_CEILING)
-    return sort_cautions([*(caution for caution in answer if caution is not None), *shown])
+    return sort_cautions([*(c for check in _CHECKS for c in check(result)), *shown])
 
 
 def performed_checks(result: ElastoplasticResult) -> tuple[str, ...]:
@@ -81,7 +80,7 @@ def slope_under(result: ElastoplasticResult) -> float:
     under = result.solution.contact
     if not under.any():
         for body in result.bodies:
-            under = under | body.flowed_under[result.map_window]
+            under = under | np.asarray(body.accumulated.any(axis=0))[result.map_window]
     square = np.zeros(gap.shape)
     for slope in np.gradient(gap, *result.solution.surface.pixel):
         square += slope * slope
@@ -111,32 +110,29 @@ def perfectly_plastic(result: ElastoplasticResult) -> bool:
 # Checks
 
 
-def _check_convergence(result: ElastoplasticResult) -> Caution | None:
-    if result.converged:
-        return None
-    return as_warning(
-        CautionTag.NOT_CONVERGED,
-        "Not converged: the load path stopped at "
-        f"{format_engineering(result.solution.load, 'N', 3)}. "
-        f"Increase {ArgumentRef('max_iterations')} or {ArgumentRef('tolerance')}.",
-    )
+def _check_convergence(result: ElastoplasticResult) -> Iterator[Caution]:
+    if not result.converged:
+        yield as_warning(
+            CautionTag.NOT_CONVERGED,
+            "Not converged: the load path stopped at "
+            f"{format_engineering(result.solution.load, 'N', 3)}. "
+            f"Increase {ArgumentRef('max_iterations')} or {ArgumentRef('tolerance')}.",
+        )
+    if result.yield_excess > _EXCESS:
+        yield as_warning(
+            CautionTag.YIELD_EXCESS,
+            f"Stress exceeds yield strength by {100 * result.yield_excess:.3g} %: plastic strain "
+            f"is not converged. Use a smaller {ArgumentRef('tolerance')}.",
+            yield_excess=result.yield_excess,
+        )
 
 
-def _check_excess(result: ElastoplasticResult) -> Caution | None:
-    if not result.yield_excess > _EXCESS:
-        return None
-    return as_warning(
-        CautionTag.YIELD_EXCESS,
-        f"Stress exceeds yield strength by {100 * result.yield_excess:.3g} %: plastic strain is "
-        f"not converged. Use a smaller {ArgumentRef('tolerance')}.",
-        yield_excess=result.yield_excess,
-    )
-
-
-def _ends(result: ElastoplasticResult) -> Caution | None:
+def _check_ends(result: ElastoplasticResult) -> Iterator[Caution]:
+    if (caution := plausibility.edge_caution(result.solution)) is not None:
+        yield caution
     free = bool(result.solution.boundary.free_axes)
     side = free and any(body.has_reached_rim for body in result.bodies)
-    bottom = any(body.has_reached_bottom for body in result.bodies)
+    bottom = any(body.accumulated[-1].any() for body in result.bodies)
     text: tuple[Part, ...]
     if side and bottom:
         text = ("the side and the deepest layer. Enlarge the map and ", ArgumentRef("depth"), ".")
@@ -147,74 +143,58 @@ def _ends(result: ElastoplasticResult) -> Caution | None:
     elif bottom:
         text = ("the deepest layer. Increase ", ArgumentRef("depth"), ".")
     else:
-        return None
-    return as_warning(CautionTag.PLASTIC_EDGE, f"Plastic zone reaches {text[0]}", *text[1:])
+        return
+    yield as_warning(CautionTag.PLASTIC_EDGE, f"Plastic zone reaches {text[0]}", *text[1:])
 
 
-def _check_deformation(result: ElastoplasticResult) -> Caution | None:
+def _check_deformation(result: ElastoplasticResult) -> Iterator[Caution]:
     strain = largest_strain(result)
     if strain > LARGE_STRAIN:
-        return as_caution(
+        yield as_caution(
             CautionTag.STRAIN,
             f"Plastic strain {100 * strain:.3g} % exceeds the small-strain limit "
             f"({100 * LARGE_STRAIN:.0f} %): local values are estimates.",
             max_plastic_strain=strain,
         )
-    slope = slope_under(result)
-    if slope > LARGE_DEFORMATION:
-        return as_caution(
+    elif (slope := slope_under(result)) > LARGE_DEFORMATION:
+        yield as_caution(
             CautionTag.SLOPES,
             f"Slope under the contact is {slope:.2g}, limit {LARGE_DEFORMATION:g}: areas and "
             "pressures are estimates.",
             slope=slope,
         )
-    return None
 
 
-def _check_hardening(result: ElastoplasticResult) -> Caution | None:
+def _check_hardening(result: ElastoplasticResult) -> Iterator[Caution]:
     for body in result.bodies:
         law = body.material.law
         law = law.isotropic if isinstance(law, Kinematic) else law
         if isinstance(law, Tabulated) and body.max_plastic_strain > law.strain[-1]:
-            return as_caution(
+            yield as_caution(
                 CautionTag.HARDENING_RANGE,
                 f"Plastic strain exceeds your hardening table ({law.strain[-1]:.3g}). Strength is "
                 "held constant beyond it.",
                 max_plastic_strain=body.max_plastic_strain,
             )
-    return None
+            return
 
 
-def _check_scatter(result: ElastoplasticResult) -> Caution | None:
-    if not (perfectly_plastic(result) and result.plastic_volume and result.solution.load):
-        return None
-    return as_note(
-        CautionTag.PIXEL_SCATTER,
-        "Single-pixel pressures scatter by 5 to 10 % without hardening. Use 3 × 3 means.",
-    )
-
-
-def _residual(result: ElastoplasticResult) -> Caution | None:
+def _check_flow(result: ElastoplasticResult) -> Iterator[Caution]:
+    if perfectly_plastic(result) and result.plastic_volume and result.solution.load:
+        yield as_note(
+            CautionTag.PIXEL_SCATTER,
+            "Single-pixel pressures scatter by 5 to 10 % without hardening. Use 3 × 3 means.",
+        )
     loaded = result.increments and result.solution.load
-    if not (loaded and any(body.flows_back for body in result.bodies)):
-        return None
-    return as_caution(
-        CautionTag.RESIDUAL_YIELD,
-        "Bodies would yield again on unloading. End the load path at zero "
-        f"({ArgumentRef('unload')}).",
-    )
+    if loaded and any(body.flows_back for body in result.bodies):
+        yield as_caution(
+            CautionTag.RESIDUAL_YIELD,
+            "Bodies would yield again on unloading. End the load path at zero "
+            f"({ArgumentRef('unload')}).",
+        )
 
 
-_CHECKS = (
-    _check_convergence,
-    _check_excess,
-    lambda result: plausibility.edge_caution(result.solution),
-    _ends,
-    _check_deformation,
-    _check_hardening,
-    _check_scatter,
-    _residual,
-)
+_CHECKS = (_check_convergence, _check_ends, _check_deformation, _check_hardening, _check_flow)
 
 
 # Steps, pixel and direction of repeated passes, besides the last state.

@@ -179,21 +179,6 @@ class PlasticBody:
         return float(self.residual_von_mises.max())
 
     @property
-    def flowed_at_top(self) -> NDArray[np.bool_]:
-        """Pixels with plastic strain in the uppermost layer, shape (ny, nx)."""
-        return np.asarray(self.accumulated[0] > 0)
-
-    @property
-    def flowed_under(self) -> NDArray[np.bool_]:
-        """Pixels with plastic strain in any layer, shape (ny, nx)."""
-        return np.asarray(self.accumulated.any(axis=0))
-
-    @property
-    def has_reached_bottom(self) -> bool:
-        """Whether plastic strain has reached the lowest layer."""
-        return bool(self.accumulated[-1].any())
-
-    @property
     def has_reached_rim(self) -> bool:
         """Whether plastic strain has reached the outer rows and columns of the volume."""
         rim = np.ones(self.accumulated.shape[1:], bool)
@@ -501,7 +486,7 @@ class ElastoplasticResult(Result):
     @property
     def yielded(self) -> NDArray[np.bool_]:
         """Pixels with plastic strain in the uppermost layer of any body, shape (ny, nx)."""
-        return np.any([body.flowed_at_top[self.map_window] for body in self.bodies], axis=0)
+        return np.any([body.accumulated[0][self.map_window] > 0 for body in self.bodies], axis=0)
 
     @property
     def map_window(self) -> Window:
