@@ -58,7 +58,8 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
                 # Windows cannot rename an open file.
                 os.replace(temporary, target)
         finally:
-            _remove_files(created)
+            for path in created:
+                path.unlink(missing_ok=True)
     except OSError as error:
         # The error of a failed write has no name, and the hidden name means nothing to the user.
         hidden = error.filename is None or _UNFINISHED.fullmatch(Path(error.filename).name)
@@ -83,11 +84,6 @@ def remove_unfinished(folder: str | os.PathLike[str], maximum: int | None = None
                 with contextlib.suppress(OSError), open(entry.path, "rb+") as stream:
                     fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     os.unlink(entry.path)
-
-
-def _remove_files(paths: list[Path]) -> None:
-    for path in paths:
-        path.unlink(missing_ok=True)
 
 
 def _create_locked(folder: Path, created: list[Path]) -> tuple[IO[bytes], Path]:

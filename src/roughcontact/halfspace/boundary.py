@@ -7,6 +7,7 @@ from enum import StrEnum
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from roughcontact._tools.arrays import Pixel, Shape
 from roughcontact.errors import InputError, require_choice
 
 if TYPE_CHECKING:
@@ -74,20 +75,8 @@ class Boundary(StrEnum):
             raise self._not_known("profiles", [b for b in Boundary if _MODELS[b].of_profile])
         return Boundary(name)
 
-    def require_stress(self) -> None:
-        """Raise `InputError` unless the stress below the surface is available."""
-        self._require_known_below("the stress below the surface")
-
-    def require_volume(self) -> None:
-        """Raise `InputError` unless the plasticity of the volume is available."""
-        self._require_known_below("the volume model")
-
-    def require_tangential(self) -> None:
-        """Raise `InputError` unless the tangential displacement is available."""
-        self._require_known_below("tangential loading")
-
-    def _require_known_below(self, what: str) -> None:
-        """Raise `InputError` if ``what`` is not available with this boundary."""
+    def require_known_below(self, what: str) -> None:
+        """Raise `InputError` if ``what``, below the surface, is not available."""
         if not _MODELS[self].known_below:
             raise self._not_known(what, [b for b in Boundary if _MODELS[b].known_below])
 
@@ -101,8 +90,8 @@ class Boundary(StrEnum):
 
     def operator(
         self,
-        shape: tuple[int, int],
-        pixel: tuple[float, float],
+        shape: Shape,
+        pixel: Pixel,
         contact_modulus: float,
         *,
         datum: float | None = None,
@@ -150,8 +139,8 @@ class Boundary(StrEnum):
 
     def operators(
         self,
-        shape: tuple[int, int],
-        pixel: tuple[float, float],
+        shape: Shape,
+        pixel: Pixel,
         contact_modulus: float,
         *,
         coatings: Coatings | None = None,
@@ -179,7 +168,7 @@ class Boundary(StrEnum):
         # The zero of the displacement depends on the whole map, even if only a part is evaluated.
         datum = longer_side(shape, pixel)
 
-        def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> Convolution:
+        def operator(shape: Shape, coarsening: tuple[int, int]) -> Convolution:
             coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
             # On coarse grids the discretization error exceeds the rounding error.
             arithmetic = precision if coarsening == (1, 1) else "single"
@@ -196,7 +185,7 @@ class Boundary(StrEnum):
 
         return operator
 
-    def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
+    def operator_memory(self, shape: Shape, precision: str) -> int:
         """Return the memory that `operator` needs, in bytes.
 
         Parameters
@@ -219,7 +208,7 @@ class Boundary(StrEnum):
             kernel += kernel // 2
         return 2 * real * ny * (nx * padded_x // 2 + 1) + kernel
 
-    def kernel_memory(self, shape: tuple[int, int]) -> int:
+    def kernel_memory(self, shape: Shape) -> int:
         """Return the bytes of one quadrant of the kernel spectrum in double precision.
 
         Parameters
@@ -234,7 +223,7 @@ class Boundary(StrEnum):
         return 2 * (ny + 1) * (nx + 1) << len(self.free_axes)
 
 
-def longer_side(shape: tuple[int, int], pixel: tuple[float, float]) -> float:
+def longer_side(shape: Shape, pixel: Pixel) -> float:
     """Return the longer side of a map, or the length of a single row [m]."""
     ny, nx = shape
     return nx * pixel[1] if ny == 1 else max(ny * pixel[0], nx * pixel[1])

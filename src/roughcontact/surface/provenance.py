@@ -351,13 +351,8 @@ _ORIGINS: dict[str, _Words] = {
     "generate": _generated,
     "read_surface": _reading_notes,
     "nominal.flat": "",
-    "nominal.sphere": _body,
-    "nominal.ellipsoid": _body,
-    "nominal.cylinder": _body,
-    "nominal.punch": _body,
-    "nominal.rectangular_punch": _body,
-    "nominal.cone": _body,
-    "nominal.wedge": _body,
+    **{f"nominal.{name}": _body for name in ("sphere", "ellipsoid", "cylinder", "cone", "wedge")},
+    **{f"nominal.{name}": _body for name in ("punch", "rectangular_punch")},
 }
 
 _WORDS: dict[str, _Words] = {

@@ -292,7 +292,7 @@ class _Finder:
                     argument=name,
                 )
         if name == YIELD:
-            self.pair.boundary.require_stress()
+            self.pair.boundary.require_known_below("the stress below the surface")
             self.pair.require_uncoated("the load of first yield")
             if not _yielding(self.pair):
                 raise InputError(

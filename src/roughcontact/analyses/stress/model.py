@@ -639,7 +639,7 @@ def solve_first_yield(
     require_positive(tolerance=tolerance)
     pair.require_uncoated("the stress below the surface")
     if not pair.is_profile:
-        pair.boundary.require_stress()
+        pair.boundary.require_known_below("the stress below the surface")
     first = to_si(start, "force", "start")
     if first is not None:
         require_positive(start=first)

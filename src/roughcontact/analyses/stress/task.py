@@ -39,7 +39,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.stress.model import solve_first_yield, subsurface_stress
     from roughcontact.contact.ceiling import is_bracket
 
-    Boundary(request[options.BOUNDARY]).require_stress()
+    Boundary(request[options.BOUNDARY]).require_known_below("the stress below the surface")
     contact = solve.contact(request, work, calibrated=False)
     solution = replace(contact, extra_cautions=work.extra_cautions)
     if not contact.converged:

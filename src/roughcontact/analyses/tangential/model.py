@@ -335,7 +335,7 @@ def stick_ratios(result: ContactResult) -> tuple[float, float]:
 
     2 (1 - ν)/(2 - ν) for a circle (Mindlin 1949); less along a lay, 1 across long narrow spots.
     """
-    result.boundary.require_tangential()
+    result.boundary.require_known_below("tangential loading")
     result.pair.require_uncoated("tangential loading")
     operator, index = _operator(result.pair), np.flatnonzero(result.pressure)
     normal = unloading_stiffness(result)
@@ -458,7 +458,7 @@ def _check(result: ContactResult, friction: float, direction: float) -> None:
         if direction not in (0.0, 180.0):
             raise InputError("must be 0 for a profile", argument="direction", value=direction)
     else:
-        result.boundary.require_tangential()
+        result.boundary.require_known_below("tangential loading")
     if not result.contact.any():
         raise CapacityError("the bodies do not touch and carry no tangential force")
 

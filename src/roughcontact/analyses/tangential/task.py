@@ -72,7 +72,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.tangential.model import tangential
 
     if not request.pair(work.maps).is_profile:
-        Boundary(request[options.BOUNDARY]).require_tangential()
+        Boundary(request[options.BOUNDARY]).require_known_below("tangential loading")
     stages = request[STAGES]
     load = None if stages is None else (stages[-1][0], STAGES.argument)
     contact = solve.contact(request, work, calibrated=False, load=load)
