@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Pixel, Shape
 from roughcontact.elastoplastic.volume_result import PlasticBody
 from roughcontact.halfspace import fft, tensors
 from roughcontact.halfspace.fft import Workspace, frequencies, half_frequencies
@@ -39,7 +40,7 @@ class YieldingBody:
     def __init__(
         self,
         material: Material,
-        pixel: tuple[float, float],
+        pixel: Pixel,
         boundary: str,
         precision: str,
         workspace: Workspace,
@@ -60,7 +61,7 @@ class YieldingBody:
         self.strain: Array = np.zeros((0, 5, 0, 0), self.real)
         self.accumulated: Array = np.zeros((0, 0), self.real)
 
-    def resize(self, thickness: NDArray[np.float64], shape: tuple[int, int]) -> None:
+    def resize(self, thickness: NDArray[np.float64], shape: Shape) -> None:
         """Enlarge the volume by layers below and points around; keep the strain."""
         self.operator = PlasticHalfSpace(
             shape,

@@ -79,7 +79,7 @@ def check_arguments(
     pair = problem.pair
     pair.require_map("plasticity of the volume", coated=False)
     precision, tolerance = problem.precision, problem.tolerance
-    pair.boundary.require_volume()
+    pair.boundary.require_known_below("the volume model")
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
     if isinstance(increments, str) and increments != AUTO:

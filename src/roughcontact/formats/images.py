@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact._tools import memory, netcdf
+from roughcontact._tools.arrays import Shape
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import instruments, matrices
 from roughcontact.formats.source import (
@@ -215,9 +216,7 @@ def _list_frames(path: Path, group: Any) -> Iterator[_Image]:
                 yield _Image(Channel(name + number, unit, is_height, shape), load, pixel)
 
 
-def _load_frame(
-    values: Any, column: int, shape: tuple[int, int], factor: float, offset: float
-) -> Any:
+def _load_frame(values: Any, column: int, shape: Shape, factor: float, offset: float) -> Any:
     # Row 0 is on top, as in JPK's other files.
     return (factor * np.asarray(values[:, column], dtype=np.float64) + offset).reshape(shape)[::-1]
 

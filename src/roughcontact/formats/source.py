@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from roughcontact import units
 from roughcontact._tools import files, memory
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact._tools.text import join_words
 from roughcontact.errors import (
     ArgumentRef,
@@ -344,7 +344,7 @@ def is_length(path: Path, unit: str) -> bool:
 
 
 def pixel_of(
-    size: units.Quantities | str | None, shape: tuple[int, int], name: str = "the map"
+    size: units.Quantities | str | None, shape: Shape, name: str = "the map"
 ) -> tuple[float, float]:
     """Return the pixel of a grid over an outline."""
     ny, nx = shape

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from roughcontact import units
 from roughcontact._tools import memory
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats.no_data import mark_missing
 from roughcontact.formats.source import (
@@ -574,7 +574,7 @@ class Head:
         """Whether the header describes a matrix."""
         return bool(self.points or self.sides or self.pixel)
 
-    def pixel_of(self, shape: tuple[int, int]) -> tuple[float, float] | None:
+    def pixel_of(self, shape: Shape) -> tuple[float, float] | None:
         """Return the pixel edges [m] of a matrix of this shape, if the header has them."""
         if self.sides is not None:
             return self.sides[0] / shape[0], self.sides[1] / shape[1]

@@ -22,7 +22,7 @@ from numpy.polynomial.chebyshev import chebfit, chebint, chebval
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array, Shape
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.halfspace import fft
 from roughcontact.material.material import Material
 
@@ -325,7 +325,7 @@ def _ray_quadrature() -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def pixel_response(
-    material: Coated, shape: Shape, pixel: tuple[float, float], first_row: int, table: Table
+    material: Coated, shape: Shape, pixel: Pixel, first_row: int, table: Table
 ) -> Array:
     """Return the contribution of the inner layers to the displacement of pixels.
 
@@ -414,9 +414,7 @@ class Coatings:
             for body in self.bodies
         ]
 
-    def pixels(
-        self, shape: Shape, pixel: tuple[float, float], first_row: int, tables: list[Table]
-    ) -> Array:
+    def pixels(self, shape: Shape, pixel: Pixel, first_row: int, tables: list[Table]) -> Array:
         """Return π E* times the contribution of the coatings to `kernels.love` of E* [m]."""
         added = np.zeros(shape)
         for body, share, table in zip(self.bodies, self.shares, tables, strict=True):
@@ -439,7 +437,7 @@ class Coatings:
         wave = _LONGEST / sum(layer.thickness for body in self.bodies for layer in body.coating)
         return float(self.factor(np.array([wave]))[0]) / wave
 
-    def strip(self, shape: Shape, pixel: tuple[float, float], datum: float, waves: slice) -> Array:
+    def strip(self, shape: Shape, pixel: Pixel, datum: float, waves: slice) -> Array:
         """Return E* times the contribution of the coatings to `kernels.strip`; same arguments.
 
         Notes

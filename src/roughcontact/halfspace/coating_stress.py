@@ -13,7 +13,7 @@ from numpy.polynomial.chebyshev import chebvander
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array, Shape
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.halfspace import stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import waves_below
@@ -73,7 +73,7 @@ def part_of(material: Material, depth: float) -> int:
 
 def field_of(
     pressure: Array,
-    pixel: tuple[float, float],
+    pixel: Pixel,
     material: Material,
     boundary: Boundary,
     precision: str,
@@ -109,7 +109,7 @@ def field_of(
     whose sum would reach the periodic images, are integrated (division by wave number as by Ewald,
     Ann. Phys. 369 (1921) 253, doi:10.1002/andp.19213690304).
     """
-    boundary.require_stress()
+    boundary.require_known_below("the stress below the surface")
     unit = float(pressure.max()) or 1.0
     shape = (pressure.shape[0], pressure.shape[1])
     period = stress_period(shape, pixel, boundary)
@@ -150,7 +150,7 @@ def field_of(
     return Field(unit, shape, responses.real, in_depth)
 
 
-def stress_period(shape: Shape, pixel: tuple[float, float], boundary: Boundary) -> tuple[int, int]:
+def stress_period(shape: Shape, pixel: Pixel, boundary: Boundary) -> tuple[int, int]:
     """Return the period of the waves of the stress, in pixels."""
     if not boundary.free_axes:
         return shape
@@ -287,7 +287,7 @@ class _LongWaves:
     x: _Axis
 
     @classmethod
-    def from_map(cls, shape: Shape, pixel: tuple[float, float], period: Shape) -> _LongWaves:
+    def from_map(cls, shape: Shape, pixel: Pixel, period: Shape) -> _LongWaves:
         """Return the waves that reach the images of a map with a period in pixels."""
         apart = (edge * (m - n) for edge, m, n in zip(pixel, period, shape, strict=True))
         cutoff = 2 * _STEEPNESS**2 / min(apart)

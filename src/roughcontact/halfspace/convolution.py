@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft, kernels
 from roughcontact.halfspace.coating import Coatings
@@ -137,8 +137,8 @@ class Convolution:
     def __init__(
         self,
         spectrum: NDArray[Any],
-        shape: tuple[int, int],
-        padded: tuple[int, int],
+        shape: Shape,
+        padded: Shape,
         *,
         workspace: Workspace,
         precision: str = "double",
@@ -361,7 +361,7 @@ def join_blocks(blocks: Sequence[slice], numbers: Iterable[int]) -> list[slice]:
     return runs
 
 
-def _value_at_origin(spectrum: NDArray[np.float64], padded: tuple[int, int]) -> float:
+def _value_at_origin(spectrum: NDArray[np.float64], padded: Shape) -> float:
     """Return the kernel at the origin: the mean of its spectrum over all wave vectors."""
     # Waves have mirrors in the other quadrants, except at 0 and at Nyquist.
     rows = 2 * spectrum.sum(axis=1) - spectrum[:, 0]
@@ -374,8 +374,8 @@ def _value_at_origin(spectrum: NDArray[np.float64], padded: tuple[int, int]) -> 
 
 
 def free(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     contact_modulus: float,
     *,
     coatings: Coatings | None = None,
@@ -436,8 +436,8 @@ def free(
 
 
 def periodic(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     contact_modulus: float,
     *,
     coatings: Coatings | None = None,
@@ -468,8 +468,8 @@ def periodic(
 
 
 def strip(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     contact_modulus: float,
     axis: int,
     *,

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.errors import require_pixel, require_positive
 
 _BLOCK_BYTES = 1 << 18
@@ -21,9 +21,7 @@ _DEAD = 40.0
 _STEP = 0.25
 
 
-def love(
-    shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float, first_row: int = 0
-) -> Array:
+def love(shape: Shape, pixel: Pixel, contact_modulus: float, first_row: int = 0) -> Array:
     """Return the displacement of pixels under unit pressure on the pixel ``[0, 0]``.
 
     Parameters
@@ -89,7 +87,7 @@ def love(
     return coefficients
 
 
-def _closed_form(rows: Array, columns: Array, pixel: tuple[float, float]) -> Array:
+def _closed_form(rows: Array, columns: Array, pixel: Pixel) -> Array:
     """Return the integral of 1/r over pixels at consecutive offsets, by Love's formula."""
     dy, dx = pixel
     y_center, y_corner = rows[:, None] * dy, _corners(rows)[:, None] * dy
@@ -104,7 +102,7 @@ def _corners(offsets: Array) -> Array:
     return np.append(offsets - 0.5, offsets[-1] + 0.5)
 
 
-def _expansion(rows: Array, columns: Array, pixel: tuple[float, float]) -> Array:
+def _expansion(rows: Array, columns: Array, pixel: Pixel) -> Array:
     """Return the integral of 1/r over far pixels, by its moments up to the fourth."""
     a, b = (0.5 * edge for edge in (pixel[1], pixel[0]))
     y2, x2 = (rows[:, None] * pixel[0]) ** 2, (columns * pixel[1]) ** 2
@@ -137,7 +135,7 @@ def _log_ratio(center: Array, edge: float, near: Array, far: Array, other: Array
     return result
 
 
-def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float) -> Array:
+def periodic(shape: Shape, pixel: Pixel, contact_modulus: float) -> Array:
     """Return the displacement per pressure of each wave on a periodic map.
 
     Parameters
@@ -177,11 +175,7 @@ def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus
 
 
 def strip(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    contact_modulus: float,
-    datum: float,
-    waves: slice = slice(None),
+    shape: Shape, pixel: Pixel, contact_modulus: float, datum: float, waves: slice = slice(None)
 ) -> Array:
     """Return the displacement per pressure of each wave along x, at each offset along y.
 
@@ -282,11 +276,7 @@ def _nodes(end: float) -> tuple[Array, Array]:
 
 
 def cerruti(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    contact_modulus: float,
-    poisson: float,
-    first_row: int = 0,
+    shape: Shape, pixel: Pixel, contact_modulus: float, poisson: float, first_row: int = 0
 ) -> Array:
     """Return the tangential displacement by unit traction on the pixel ``[0, 0]``.
 
@@ -336,7 +326,7 @@ def cerruti(
 
 
 def periodic_tangential(
-    shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float, poisson: float
+    shape: Shape, pixel: Pixel, contact_modulus: float, poisson: float
 ) -> Array:
     """Return the tangential displacement per traction of each wave on a periodic map.
 

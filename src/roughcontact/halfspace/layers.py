@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Pixel, Shape
 from roughcontact.errors import require_positive
 from roughcontact.halfspace import fft
 
@@ -447,12 +448,12 @@ class PeriodicHalfSpace:
 
     def __init__(
         self,
-        shape: tuple[int, int],
-        pixel: tuple[float, float],
+        shape: Shape,
+        pixel: Pixel,
         thickness: NDArray[np.float64],
         shear_modulus: float,
         poisson: float,
-        padded: tuple[int, int],
+        padded: Shape,
         *,
         isolated: bool,
         workspace: fft.Workspace,

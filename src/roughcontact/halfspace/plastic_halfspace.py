@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact._tools.arrays import Pixel, Shape
 from roughcontact.errors import input_error, require_pixel, require_positive
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, fast_length
@@ -26,7 +27,7 @@ _GUARD = 2
 _COARSE_DEPTH = 0.5
 
 
-def coarse_grid(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
+def coarse_grid(shape: Shape) -> tuple[int, tuple[int, int]]:
     """Return the points per coarse cell, and the cells ``(my, mx)`` including guard cells."""
     coarse = -(-min(shape) // _COARSE)
     cells = [-(-n // coarse) + 2 * _GUARD for n in shape]
@@ -34,7 +35,7 @@ def coarse_grid(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
 
 
 def periods(
-    shape: tuple[int, int], coarse: int, cells: tuple[int, int]
+    shape: Shape, coarse: int, cells: tuple[int, int]
 ) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return the numbers of coarse cells of the near and of the far period.
 
@@ -101,7 +102,7 @@ class Images:
     def __init__(
         self,
         fine: PeriodicHalfSpace,
-        pixel: tuple[float, float],
+        pixel: Pixel,
         coarse: int,
         cells: tuple[int, int],
         near: tuple[int, int],
@@ -234,8 +235,8 @@ class PlasticHalfSpace:
 
     def __init__(
         self,
-        shape: tuple[int, int],
-        pixel: tuple[float, float],
+        shape: Shape,
+        pixel: Pixel,
         thickness: ArrayLike,
         *,
         shear_modulus: float,
@@ -250,7 +251,7 @@ class PlasticHalfSpace:
         if layers.ndim != 1 or not layers.size or not (layers > 0).all():
             raise input_error("thickness", thickness, "must be a row of positive numbers [m]")
         boundary = Boundary(boundary)
-        boundary.require_volume()
+        boundary.require_known_below("the volume model")
         self.shape, self.thickness = shape, layers
         self.workspace = workspace or Workspace()
         free = not boundary.periodic_axes
@@ -323,7 +324,7 @@ class PlasticHalfSpace:
         )
 
 
-def points_transformed(shape: tuple[int, int], boundary: str) -> int:
+def points_transformed(shape: Shape, boundary: str) -> int:
     """Return the number of points that a `PlasticHalfSpace` transforms per layer.
 
     Parameters

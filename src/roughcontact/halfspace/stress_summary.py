@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel
 from roughcontact.errors import require_positive
 from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
@@ -492,9 +492,7 @@ class Summary:
         return float((means * np.diff(self.depths)).sum())
 
 
-def summarize(
-    pressure: ArrayLike, pixel: tuple[float, float], poisson: float, **options: Any
-) -> Summary:
+def summarize(pressure: ArrayLike, pixel: Pixel, poisson: float, **options: Any) -> Summary:
     """Return the largest stresses of a volume without storing the volume.
 
     Parameters
@@ -531,7 +529,7 @@ def summarize(
 
 
 def summarize_with_sections(
-    pressure: ArrayLike, pixel: tuple[float, float], poisson: float, **options: Any
+    pressure: ArrayLike, pixel: Pixel, poisson: float, **options: Any
 ) -> tuple[Summary, NDArray[Any], NDArray[Any]]:
     """Return the summary, and the stress on planes through its largest von Mises stress.
 
@@ -570,7 +568,7 @@ def summarize_field(
 
 def _stream_depths(
     pressure: ArrayLike,
-    pixel: tuple[float, float],
+    pixel: Pixel,
     poisson: float,
     *,
     depths: ArrayLike | None = None,
@@ -702,7 +700,7 @@ def _rim(
     field: Field,
     pressure: ArrayLike,
     traction: ArrayLike | None,
-    pixel: tuple[float, float],
+    pixel: Pixel,
     poisson: float,
     boundary: Boundary,
     pulls: list[tuple[str, float]],

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.halfspace import fft, kernels
 from roughcontact.halfspace.boundary import Boundary, longer_side
 from roughcontact.halfspace.convolution import BAND, SPECTRA, Convolution, Support, join_blocks
@@ -35,8 +35,8 @@ class TangentialConvolution(Convolution):
     def __init__(
         self,
         spectra: NDArray[Any],
-        shape: tuple[int, int],
-        padded: tuple[int, int],
+        shape: Shape,
+        padded: Shape,
         coarser: Callable[[tuple[int, int]], TangentialConvolution] | None = None,
         **options: Any,
     ) -> None:
@@ -146,8 +146,8 @@ class TangentialConvolution(Convolution):
 
 def operator(
     boundary: Boundary,
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     contact_modulus: float,
     poisson: float,
     workspace: Workspace | None = None,
@@ -188,7 +188,7 @@ def operator(
     if boundary == Boundary.PERIODIC:
         symbols = kernels.periodic_tangential(shape, pixel, contact_modulus, poisson)
         return TangentialConvolution(symbols, shape, shape, coarser, workspace=work)
-    boundary.require_tangential()
+    boundary.require_known_below("tangential loading")
     half = (fft.fast_length(shape[0]), fft.fast_length(shape[1]))
     edges = (1.0, pixel[1] / pixel[0])
 

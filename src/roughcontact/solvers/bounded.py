@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.solvers import active_set
 from roughcontact.solvers.operator import Family, Operator, norm
 from roughcontact.solvers.problem import BoundedProblem, Loaded, coarsen_problem, prolong_pressure
@@ -183,7 +183,7 @@ def _share_done(
     return math.fsum([*work[number + 1 :], gained * work[number]]) / math.fsum(work)
 
 
-def coarser_grids(shape: tuple[int, int]) -> int:
+def coarser_grids(shape: Shape) -> int:
     """Return the number of coarser grids, each with doubled pixel edges."""
     # A profile of this number of points is treated as a small map.
     minimum = 2 * (_COARSEST if shape[0] > 1 else _COARSEST**2)

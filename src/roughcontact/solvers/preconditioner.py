@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.solvers.operator import Family, Operator
 
 # Share of new or removed pixels above which m is computed again.
@@ -241,7 +241,7 @@ def _dot(first: Array, second: Array) -> float:
 _BLOCK, _SMALL = 8, 64
 
 
-def block_edges(shape: tuple[int, int]) -> tuple[int, int] | None:
+def block_edges(shape: Shape) -> tuple[int, int] | None:
     """Return the edges of the blocks of a map, or None if the map is too small."""
     # A profile has a single row.
     if min(points for points in (*shape, _SMALL) if points > 1) < _SMALL:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.solvers import bounded
 from roughcontact.solvers.bounded import BoundedSolution
 from roughcontact.solvers.operator import Family, dot
@@ -51,7 +51,7 @@ class Punch:
     unit: float
 
 
-def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family) -> Punch | None:
+def flat_punch(shape: Shape, index: NDArray[np.int64], family: Family) -> Punch | None:
     """Return the pressures that displace some pixels by a unit length.
 
     Parameters
@@ -183,7 +183,7 @@ _EDGE = 1e-9
 _MAX_CUTS = 60
 
 
-def moment_arms(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Array, Array]:
+def moment_arms(shape: tuple[int, ...], pixel: Pixel) -> tuple[Array, Array]:
     """Return the levers of the rows and of the columns of a map.
 
     Parameters
@@ -287,7 +287,7 @@ def solve(
     problem: BoundedProblem,
     family: Family,
     target: Array,
-    pixel: tuple[float, float],
+    pixel: Pixel,
     *,
     max_iterations: int,
     **options: Any,

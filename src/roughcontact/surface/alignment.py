@@ -37,7 +37,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
 from roughcontact.surface import filters, form, grid
 
@@ -68,10 +68,10 @@ def cosine_sine(angle: float) -> tuple[float, float]:
 
 
 def grid_positions(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    new_shape: tuple[int, int],
-    new_pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
+    new_shape: Shape,
+    new_pixel: Pixel,
     offset: tuple[float, float] = (0.0, 0.0),
     angle: float = 0.0,
     mirrored: bool = False,
@@ -110,7 +110,7 @@ def cutoffs(placement: Placement) -> tuple[float, float]:
     return 2 * along_y if along_y > limit else 0.0, 2 * along_x if along_x > limit else 0.0
 
 
-def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
+def sample(heights: Array, placement: Placement, shape: Shape) -> Array:
     """Return a map interpolated at the points of another grid."""
     heights = np.asarray(heights, dtype=np.float64)
     if is_coincident(placement):
@@ -151,7 +151,7 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
 
 
 def spans(
-    shape: tuple[int, ...], placement: Placement, new_shape: tuple[int, int], slack: float = _SLACK
+    shape: tuple[int, ...], placement: Placement, new_shape: Shape, slack: float = _SLACK
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the first and the last point of each row of a grid that are on a map."""
     matrix, start = placement
@@ -176,7 +176,7 @@ def spans(
 
 
 def common_rectangle(
-    maps: Sequence[tuple[tuple[int, int], Placement]], new_shape: tuple[int, int]
+    maps: Sequence[tuple[tuple[int, int], Placement]], new_shape: Shape
 ) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return the rows and columns of the largest rectangle of a grid that is on all maps."""
     first, last = np.zeros(new_shape[0], np.int64), np.full(new_shape[0], new_shape[1] - 1)
@@ -204,7 +204,7 @@ def common_rectangle(
 
 
 def common_pixel(
-    pixel: tuple[float, float], other: tuple[float, float], angle: float = 0.0
+    pixel: Pixel, other: tuple[float, float], angle: float = 0.0
 ) -> tuple[float, float]:
     """Return the pixel, along the axes of the first map, that resolves the waves of both."""
     require_pixel(pixel)
@@ -220,9 +220,9 @@ def common_pixel(
 
 def align(
     heights: Array,
-    pixel: tuple[float, float],
-    new_shape: tuple[int, int],
-    new_pixel: tuple[float, float],
+    pixel: Pixel,
+    new_shape: Shape,
+    new_pixel: Pixel,
     offset: tuple[float, float] = (0.0, 0.0),
     angle: float = 0.0,
     mirrored: bool = False,
@@ -254,7 +254,7 @@ def _checked_offset(offset: tuple[float, float]) -> tuple[float, float]:
     return y, x
 
 
-def _gather_points(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
+def _gather_points(heights: Array, placement: Placement, shape: Shape) -> Array:
     # Each axis of the map is parallel or antiparallel to an axis of the grid.
     matrix, start = placement
     along = np.abs(matrix).argmax(axis=1)

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.solvers.operator import dot
 from roughcontact.surface import grid
@@ -153,7 +153,7 @@ _TOLERANCE = 1e-10
 _MAX_STEPS = 500
 
 
-def fill_missing(heights: Array, pixel: tuple[float, float], maximum: float = 1.0) -> Array:
+def fill_missing(heights: Array, pixel: Pixel, maximum: float = 1.0) -> Array:
     """Return the heights with missing points replaced by a harmonic surface."""
     heights = np.asarray(heights, dtype=np.float64)
     missing = np.isnan(heights)
@@ -186,7 +186,7 @@ def fill_missing(heights: Array, pixel: tuple[float, float], maximum: float = 1.
 
 
 def _laplace(
-    heights: Array, missing: NDArray[np.bool_], pixel: tuple[float, float]
+    heights: Array, missing: NDArray[np.bool_], pixel: Pixel
 ) -> tuple[sparse.csr_array, Array, Array, Array]:
     """Return matrix and right-hand side, and the rim's bounds for each missing point."""
     from scipy import sparse

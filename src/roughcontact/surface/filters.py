@@ -22,7 +22,7 @@ import math
 import numpy as np
 
 from roughcontact._tools import memory
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact._tools.roots import brentq
 from roughcontact.errors import (
     ArgumentRef,
@@ -45,7 +45,7 @@ _REACH = 1.5
 _BLOCK = 2**20
 
 
-def gaussian_lowpass(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array:
+def gaussian_lowpass(heights: Array, pixel: Pixel, cutoff: float) -> Array:
     """Return the map after the areal Gaussian low-pass filter of ISO 16610-61."""
     require_pixel(pixel)
     heights = np.asarray(heights, dtype=np.float64)
@@ -63,7 +63,7 @@ def along_axes(heights: Array, cutoffs: tuple[float, float]) -> Array:
 
 def gaussian_band(
     heights: Array,
-    pixel: tuple[float, float],
+    pixel: Pixel,
     s: float | None = None,
     l: float | None = None,  # noqa: E741
 ) -> Array:
@@ -87,7 +87,7 @@ def gaussian_band(
     return heights if l is None else heights - gaussian_lowpass(heights, pixel, l)
 
 
-def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited") -> Array:
+def resample(heights: Array, shape: Shape, method: str = "bandlimited") -> Array:
     """Return the map with another number of points over the same outline."""
     if method not in ("bandlimited", "spline"):
         raise input_error("method", method, "must be one of bandlimited, spline")
@@ -111,7 +111,7 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
     return values
 
 
-def _checked_shape(shape: tuple[int, int], line: bool) -> tuple[int, int]:
+def _checked_shape(shape: Shape, line: bool) -> tuple[int, int]:
     pair = tuple(shape) if np.iterable(shape) else ()
     whole = all(
         isinstance(points, (int, np.integer)) and not isinstance(points, bool) for points in pair
@@ -156,7 +156,7 @@ def _smoothed(heights: Array, cutoffs: tuple[float, float]) -> Array:
     return smooth
 
 
-def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: float) -> None:
+def _check_cutoff(shape: tuple[int, ...], pixel: Pixel, cutoff: float) -> None:
     require_positive(cutoff=cutoff)
     shortest = 2 * max(edge for length, edge in zip(shape, pixel, strict=True) if length > 1)
     longest = min(length * edge for length, edge in zip(shape, pixel, strict=True) if length > 1)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import as_pair, validate_arguments
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid, random_surfaces
@@ -29,11 +29,7 @@ from roughcontact.units import Quantities, Quantity, to_si
 
 
 def turned_heights(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    feed: float,
-    nose_radius: float,
-    lay: float = 0.0,
+    shape: Shape, pixel: Pixel, feed: float, nose_radius: float, lay: float = 0.0
 ) -> Array:
     """Return the heights of an ideally turned surface: parabolic grooves, feed apart."""
     (ny, nx), (dy, dx) = shape, pixel
@@ -137,7 +133,7 @@ class _Request:
         usual = height_distribution.usual_kurtosis(self.Ssk)
         return self.Ssk, usual if self.Sku is None else self.Sku
 
-    def cutoff(self, pixel: tuple[float, float]) -> float:
+    def cutoff(self, pixel: Pixel) -> float:
         """Return the cut-off wavelength on a grid."""
         return self.cutoff_wavelength or _CUTOFF * max(pixel)
 
@@ -272,9 +268,7 @@ def generate(
     return _surface(heights, edges, requested, spectrum)
 
 
-def _surface(
-    heights: Array, pixel: tuple[float, float], requested: _Request, spectrum: Spectrum
-) -> Surface:
+def _surface(heights: Array, pixel: Pixel, requested: _Request, spectrum: Spectrum) -> Surface:
     """Return the map with requested and actual parameters in its provenance."""
     measured = summary(heights, pixel)
     result = {name: value for name, value in measured.items() if math.isfinite(value)}
@@ -319,7 +313,7 @@ def _check_turning(requested: _Request) -> None:
         raise input_error("turning", turning, "must be two positive lengths, feed and nose radius")
 
 
-def _check(requested: _Request, pixel: tuple[float, float]) -> None:
+def _check(requested: _Request, pixel: Pixel) -> None:
     """Raise `InputError` for impossible, redundant or missing parameters."""
     if requested.turning is not None:
         _check_turning(requested)
@@ -349,9 +343,7 @@ def _check(requested: _Request, pixel: tuple[float, float]) -> None:
     height_distribution.require(*requested.moments, 1 if requested.honing is None else 2)
 
 
-def _translated(
-    shape: tuple[int, int], pixel: tuple[float, float], requested: _Request
-) -> tuple[Array, Spectrum]:
+def _translated(shape: Shape, pixel: Pixel, requested: _Request) -> tuple[Array, Spectrum]:
     """Return a map of zero mean with the requested spectrum, moments and texture."""
     cutoff = requested.cutoff(pixel)
     start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * cutoff)
@@ -441,7 +433,7 @@ def _longer_rolloff(spectrum: Spectrum, requested: _Request, Sal: float) -> floa
 
 
 def _impose_moments(
-    shape: tuple[int, int], amplitudes: list[Array], state: _State, wanted: tuple[float, float]
+    shape: Shape, amplitudes: list[Array], state: _State, wanted: tuple[float, float]
 ) -> tuple[Array, _State]:
     """Return a map with these amplitudes and moments, and the final state of the search."""
     scores = _normal_scores(math.prod(shape))

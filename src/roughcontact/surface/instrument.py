@@ -40,6 +40,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arguments import set_fields, validate_public_methods
+from roughcontact._tools.arrays import Pixel
 from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import InputError, input_error, require_choice
 from roughcontact.halfspace import fft
@@ -420,7 +421,7 @@ def _read_transfer(path: Path) -> tuple[Array, Array]:
     return 1e3 * table[:, 0], table[:, 1]
 
 
-def dilated(heights: Array, pixel: tuple[float, float], tip_radius: float) -> Array:
+def dilated(heights: Array, pixel: Pixel, tip_radius: float) -> Array:
     """Return the image of periodic heights under a paraboloid of a radius."""
     from scipy import ndimage
 

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from roughcontact._tools.arguments import validate_arguments
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.errors import InputError
 from roughcontact.surface import alignment, nominal_bodies
 from roughcontact.surface.nominal_bodies import flat
@@ -76,7 +76,7 @@ def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tup
     return tuple(result)
 
 
-def is_divisible(shape: tuple[int, int], divisions: int) -> bool:
+def is_divisible(shape: Shape, divisions: int) -> bool:
     """Return whether the parts of a grid would have enough points."""
     return min(shape) // divisions >= MIN_POINTS
 

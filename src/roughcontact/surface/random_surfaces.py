@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import as_pair, validate_arguments
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact._tools.roots import brentq
 from roughcontact.errors import InputError, input_error, require_count, require_positive
 from roughcontact.halfspace import fft
@@ -176,7 +176,7 @@ def generator_of(rng: int | np.random.Generator | None) -> np.random.Generator:
 
 
 def random_amplitudes(
-    shape: tuple[int, int], pixel: tuple[float, float], rng: np.random.Generator
+    shape: Shape, pixel: Pixel, rng: np.random.Generator
 ) -> NDArray[np.complex128]:
     """Return a complex Gaussian amplitude for every wave that a grid resolves."""
     shortest = 2 * max(pixel)
@@ -187,7 +187,7 @@ def random_amplitudes(
 
 
 def check_waves(
-    pixel: tuple[float, float], rolloff_wavelength: float, cutoff_wavelength: float, hurst: float
+    pixel: Pixel, rolloff_wavelength: float, cutoff_wavelength: float, hurst: float
 ) -> None:
     """Raise `InputError` unless a grid resolves these wavelengths [m] and Hurst exponent."""
     require_positive(rolloff_wavelength=rolloff_wavelength, cutoff_wavelength=cutoff_wavelength)
@@ -209,8 +209,8 @@ def check_waves(
 
 
 def _spectrum(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     rolloff_wavelength: float,
     cutoff_wavelength: float,
     hurst: float,

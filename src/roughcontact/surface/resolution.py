@@ -39,7 +39,7 @@ from enum import StrEnum
 import numpy as np
 
 from roughcontact import units
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note
 from roughcontact.errors import (
     ArgumentRef,
@@ -108,7 +108,7 @@ _SCANNING_PROBE = re.compile(
 )
 
 
-def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
+def shortest_wave(heights: Array, pixel: Pixel) -> float:
     """Return the shortest wavelength that a map shows [m]."""
     require_pixel(pixel)
     finest = 2 * max(pixel)
@@ -122,7 +122,7 @@ def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
     return max([finest, *(cut for cut in cuts if cut is not None)])
 
 
-def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) -> float | None:
+def tip_cutoff(heights: Array, pixel: Pixel, tip_radius: float) -> float | None:
     """Return the lateral scale below which a map shows the tip instead of the surface."""
     require_pixel(pixel)
     require_positive(tip_radius=tip_radius)
@@ -141,7 +141,7 @@ def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) ->
     return float(2 * (fine + part * (coarse - fine)) * dx)
 
 
-def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
+def noise_cutoff(heights: Array, pixel: Pixel) -> float | None:
     """Return the wavelength below which a map contains more white noise than surface."""
     spectrum = _binned_spectrum(heights, pixel)
     if spectrum is None or not (floor := _plateau(*spectrum)):
@@ -154,7 +154,7 @@ def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
     return _crossing(q[last : last + 2], C[last : last + 2], 2 * floor)
 
 
-def noise_height(heights: Array, pixel: tuple[float, float]) -> float:
+def noise_height(heights: Array, pixel: Pixel) -> float:
     """Return the root-mean-square height of the white noise of a spectrum, or 0."""
     spectrum = _binned_spectrum(heights, pixel)
     floor = 0.0 if spectrum is None else _plateau(*spectrum)
@@ -168,7 +168,7 @@ def _plateau(q: Array, C: Array) -> float:
     return 0.0 if falls else float(np.mean(C[octave]))
 
 
-def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
+def smoothing_cutoff(heights: Array, pixel: Pixel) -> float | None:
     """Return the wavelength below which a map contains hardly any waves."""
     spectrum = _binned_spectrum(heights, pixel)
     if spectrum is None:
@@ -225,7 +225,7 @@ def _smallest_curvature(heights: Array, dx: float, reach: int) -> float:
     return smallest / (reach * dx) ** 2
 
 
-def _binned_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, Array] | None:
+def _binned_spectrum(heights: Array, pixel: Pixel) -> tuple[Array, Array] | None:
     """Return wave numbers and spectral density in bins of equal width in log q."""
     if min(heights.shape) < _MIN_POINTS:
         return None
@@ -270,7 +270,7 @@ def _crossing(q: Array, C: Array, value: float) -> float:
 
 
 def tip_limits(
-    heights: Array, pixel: tuple[float, float], tip_radius: float | None, instrument: str
+    heights: Array, pixel: Pixel, tip_radius: float | None, instrument: str
 ) -> list[Limit]:
     """Return the limits of the resolution of a map by the tip."""
     if tip_radius is None:
@@ -291,7 +291,7 @@ def tip_limits(
     return [Limit(LimitCause.TIP, scale, Sentence(text, *_filtered(scale)))]
 
 
-def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
+def wave_limits(heights: Array, pixel: Pixel) -> list[Limit]:
     """Return the limits of the resolution of a map by noise and by missing waves."""
     try:
         rows, columns = largest_rectangle(heights)
@@ -316,7 +316,7 @@ def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
     return limits
 
 
-def _below_limit(length: float, pixel: tuple[float, float]) -> str:
+def _below_limit(length: float, pixel: Pixel) -> str:
     return f"Below {units.format_engineering(length, 'm', 3)} ({length / pixel[1]:.1f} pixels)"
 
 

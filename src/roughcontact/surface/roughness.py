@@ -81,7 +81,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel
 from roughcontact.errors import ArgumentRef, InputError, require_positive
 from roughcontact.surface import grid
 
@@ -124,7 +124,7 @@ def rms_height(heights: NDArray[np.float64]) -> float:
     return float(np.sqrt(max(squares / count - (rest / count) ** 2, 0.0)))
 
 
-def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> float:
+def rms_gradient(heights: NDArray[np.float64], pixel: Pixel) -> float:
     """Return the root-mean-square gradient, Sdq."""
     total, count = 0.0, 0
     for squares in squared_gradients(heights, pixel):
@@ -137,21 +137,21 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
     return float(np.sqrt(total / count))
 
 
-def mean_slope(heights: Array, pixel: tuple[float, float]) -> float:
+def mean_slope(heights: Array, pixel: Pixel) -> float:
     """Return the mean absolute slope along a profile, m."""
     slopes = (np.diff(heights, axis=axis) / pixel[axis] for axis in (0, 1))
     means = [float(np.nanmean(np.abs(s))) for s in slopes if s.size and not np.isnan(s).all()]
     return math.sqrt(float(np.mean(np.square(means)))) if means else math.nan
 
 
-def median_gradient(heights: Array, pixel: tuple[float, float]) -> float:
+def median_gradient(heights: Array, pixel: Pixel) -> float:
     """Return the median of the gradients, which holes, steps and spikes hardly change."""
     squares = np.concatenate([part.ravel() for part in squared_gradients(heights, pixel)])
     known = squares[~np.isnan(squares)]
     return math.sqrt(float(np.median(known))) if known.size else math.nan
 
 
-def squared_gradients(heights: Array, pixel: tuple[float, float]) -> Iterator[Array]:
+def squared_gradients(heights: Array, pixel: Pixel) -> Iterator[Array]:
     """Yield blocks of rows of the squared gradient, without the first row and column."""
     dy, dx = pixel
     if heights.shape[0] == 1:
@@ -164,7 +164,7 @@ def squared_gradients(heights: Array, pixel: tuple[float, float]) -> Iterator[Ar
         yield slope_x * slope_x + slope_y * slope_y
 
 
-def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
+def developed_area_ratio(heights: Array, pixel: Pixel) -> float:
     """Return the developed interfacial area ratio, Sdr, by triangulation."""
     dy, dx = pixel
     total, count = 0.0, 0

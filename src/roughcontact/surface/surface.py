@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
 from roughcontact._tools.arguments import set_fields, validate_public_methods
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Pixel
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
 from roughcontact.result import Displayable
 from roughcontact.surface import (
@@ -32,7 +32,7 @@ from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, to_si
 
 
-def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
+def summary(heights: Array, pixel: Pixel) -> dict[str, float]:
     """Return the parameters of ISO 25178-2, by the symbols of the standard and in SI units."""
     require_pixel(pixel)
     sal, ratio, largest = spectrum.texture(heights, pixel)

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Shape
 from roughcontact.cautions import Caution, CautionTag, as_warning
 from roughcontact.contact.ceiling import first_ceiling, resolve_ceiling
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
@@ -497,7 +498,7 @@ def _divisible(surface: Surface, boundary: Boundary) -> Surface:
     return surface.cropped((0, rows), (0, columns))
 
 
-def _shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
+def _shape(shape: Shape, factor: float) -> tuple[int, int]:
     """Return the number of points of the same outline with pixels larger by a factor."""
     return round(shape[0] / factor), round(shape[1] / factor)
 
@@ -529,7 +530,7 @@ def _scaled(surface: Surface, factor: float, boundary: Boundary) -> Surface:
     return replace(surface, heights=heights, pixel=pixel)
 
 
-def _nearest(values: Array, shape: tuple[int, int], wanted: tuple[int, int]) -> Array:
+def _nearest(values: Array, shape: Shape, wanted: tuple[int, int]) -> Array:
     """Return a map on another grid over the same outline by nearest-neighbor sampling."""
     rows, columns = (
         ((np.arange(new) + 0.5) * old / new).astype(int)
