@@ -199,20 +199,20 @@ class Convolution:
             from one of several threads; the array is only valid during the call.
         """
 
-        def crop_rows(number: int, rows: slice, padded: NDArray[Any]) -> None:
+        def crop_rows(field: int, number: int, rows: slice, padded: NDArray[Any]) -> None:
             visit(number, rows, padded[:, : self.shape[1]])
 
         self._apply(support, pressure, crop_rows, range(len(self._blocks)))
 
     def gather(self, support: Support, pressure: NDArray[Any]) -> NDArray[Any]:
-        """Return the displacement of the loaded pixels, shape ``(n,)``."""
-        displacement = np.empty(support.index.size)
-        starts = support.starts
+        """Return the displacement of the loaded pixels, in the shape of the pressure, ``(n,)``."""
+        displacement = np.empty(pressure.shape)
+        fields, starts = np.atleast_2d(displacement), support.starts
 
-        def gather_rows(number: int, rows: slice, padded: NDArray[Any]) -> None:
+        def gather_rows(field: int, number: int, rows: slice, padded: NDArray[Any]) -> None:
             part = slice(starts[number], starts[number + 1])
             positions = support.position[part] - rows.start * self.padded[1]
-            displacement[part] = padded.ravel()[positions]
+            fields[field, part] = padded.ravel()[positions]
 
         self._apply(support, pressure, gather_rows, np.flatnonzero(np.diff(starts)))
         return displacement
@@ -297,56 +297,64 @@ class Convolution:
         self,
         support: Support,
         values: NDArray[Any],
-        show: Visit,
+        show: Callable[[int, int, slice, NDArray[Any]], None],
         shown: Sequence[int] | NDArray[Any],
     ) -> None:
-        (my, mx), blocks, starts = self.padded, self._blocks, support.starts
-        spectra = self.workspace.shared(self._rows, self._complex)
-        scratch_array, each = self.workspace.scratch, self.workspace.each
-        width = self._rows[1]
+        """Pass each field of the displacement to a callback, one of the given row blocks a time."""
+        (my, mx), (ny, width) = self.padded, self._rows
+        blocks, starts, work = self._blocks, support.starts, self.workspace
+        fields = np.atleast_2d(values)
+        spectra = work.shared((len(fields) * ny, width), self._complex).reshape(-1, ny, width)
         scale = self.softness / (my * mx)
 
         def forward(number: int) -> None:
-            rows = blocks[number]
-            padded = scratch_array("row", (rows.stop - rows.start, mx), self.real)
-            padded[...] = 0
-            part = slice(starts[number], starts[number + 1])
+            rows, part = blocks[number], slice(starts[number], starts[number + 1])
             positions = support.position[part] - rows.start * mx
-            padded.ravel()[positions] = values[part] * scale
-            fft.rfft_rows(padded, spectra[rows])
+            padded = work.scratch("row", (rows.stop - rows.start, mx), self.real)
+            for field, spectrum in zip(fields, spectra, strict=True):
+                padded[...] = 0
+                padded.ravel()[positions] = field[part] * scale
+                fft.rfft_rows(padded, spectrum[rows])
 
         loaded = np.flatnonzero(np.diff(starts))
-        each(forward, loaded)
+        work.each(forward, loaded)
         runs_in = join_blocks(blocks, loaded)
         runs_out = join_blocks(blocks, shown)
 
         def columns(first: int) -> None:
             block = slice(first, min(first + self._column_step, width))
-            waves = scratch_array("column", (my, block.stop - block.start), self._complex)
-            end = 0
-            for rows in runs_in:
-                waves[end : rows.start] = 0
-                waves[rows] = spectra[rows, block]
-                end = rows.stop
-            waves[end:] = 0
-            waves = fft.fft_columns(waves, forward=True)
-            # The symbol is even.
-            symbol = self.spectrum[:, block]
-            half = len(symbol)
-            waves[:half] *= symbol
-            waves[half:] *= symbol[my - half : 0 : -1]
-            waves = fft.fft_columns(waves, forward=False)
-            for rows in runs_out:
-                spectra[rows, block] = waves[rows]
+            memory = work.scratch("column", (len(fields) * my, block.stop - first), self._complex)
+            waves = []
+            for field, spectrum in zip(memory.reshape(len(fields), my, -1), spectra, strict=True):
+                end = 0
+                for rows in runs_in:
+                    field[end : rows.start] = 0
+                    field[rows] = spectrum[rows, block]
+                    end = rows.stop
+                field[end:] = 0
+                waves.append(fft.fft_columns(field, forward=True))
+            self._multiply(waves, block)
+            for field, spectrum in zip(waves, spectra, strict=True):
+                displaced = fft.fft_columns(field, forward=False)
+                for rows in runs_out:
+                    spectrum[rows, block] = displaced[rows]
 
-        each(columns, range(0, width, self._column_step))
+        work.each(columns, range(0, width, self._column_step))
 
         def backward(number: int) -> None:
             rows = blocks[number]
-            padded = scratch_array("row", (rows.stop - rows.start, mx), self.real)
-            show(number, rows, fft.irfft_rows(spectra[rows], mx, padded))
+            padded = work.scratch("row", (rows.stop - rows.start, mx), self.real)
+            for field, spectrum in enumerate(spectra):
+                show(field, number, rows, fft.irfft_rows(spectrum[rows], mx, padded))
 
-        each(backward, shown)
+        work.each(backward, shown)
+
+    def _multiply(self, waves: list[NDArray[Any]], block: slice) -> None:
+        """Multiply some columns of the waves by the spectrum, in place."""
+        # The kernel is even: the upper half mirrors the lower one.
+        symbol, half = self.spectrum[:, block], len(self.spectrum)
+        waves[0][:half] *= symbol
+        waves[0][half:] *= symbol[self.padded[0] - half : 0 : -1]
 
 
 def join_blocks(blocks: Sequence[slice], numbers: Iterable[int]) -> list[slice]:

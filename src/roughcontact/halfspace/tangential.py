@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.halfspace import fft, kernels
 from roughcontact.halfspace.boundary import Boundary, longer_side
-from roughcontact.halfspace.convolution import BAND, SPECTRA, Convolution, Support, join_blocks
+from roughcontact.halfspace.convolution import BAND, SPECTRA, Convolution
 from roughcontact.halfspace.fft import Workspace
 
 
@@ -46,68 +46,20 @@ class TangentialConvolution(Convolution):
         self.spectra: NDArray[Any] = spectra.astype(self.real, copy=False)
         self.self_displacement = max(self.self_displacement, other.self_displacement)
 
-    def gather(self, support: Support, traction: Array) -> Array:
-        """Return the displacement of the loaded pixels, shape (2, n), under a traction there."""
-        (my, mx), blocks, starts = self.padded, self._blocks, support.starts
-        (ny, width), work = self._rows, self.workspace
-        both = work.shared((2 * ny, width), self._complex).reshape(2, ny, width)
-        displacement = np.empty_like(traction)
-        scale = self.softness / (my * mx)
-        loaded = np.flatnonzero(np.diff(starts))
-
-        def forward(number: int) -> None:
-            rows, part = blocks[number], slice(starts[number], starts[number + 1])
-            positions = support.position[part] - rows.start * mx
-            padded = work.scratch("row", (rows.stop - rows.start, mx), self.real)
-            for field, spectrum in zip(traction, both, strict=True):
-                padded[...] = 0
-                padded.ravel()[positions] = field[part] * scale
-                fft.rfft_rows(padded, spectrum[rows])
-
-        def columns(first: int) -> None:
-            block = slice(first, min(first + self._column_step, width))
-            memory = work.scratch("columns", (2 * my, block.stop - first), self._complex)
-            self._multiply(both[:, :, block], memory, self.spectra[:, :, block], runs)
-
-        def backward(number: int) -> None:
-            rows, part = blocks[number], slice(starts[number], starts[number + 1])
-            positions = support.position[part] - rows.start * mx
-            padded = work.scratch("row", (rows.stop - rows.start, mx), self.real)
-            for field, spectrum in zip(displacement, both, strict=True):
-                field[part] = fft.irfft_rows(spectrum[rows], mx, padded).ravel()[positions]
-
-        runs = join_blocks(blocks, loaded)
-        work.each(forward, loaded)
-        work.each(columns, range(0, width, self._column_step))
-        work.each(backward, loaded)
-        return displacement
-
-    def _multiply(
-        self, both: NDArray[Any], memory: NDArray[Any], symbols: Array, runs: list[slice]
-    ) -> None:
-        """Transform columns of both fields, multiply each wave by its matrix, transform back."""
-        points = self.padded[0]
-        fields = []
-        for spectrum, field in zip(both, (memory[:points], memory[points:]), strict=True):
-            field[...] = 0
-            for rows in runs:
-                field[rows] = spectrum[rows]
-            fields.append(fft.fft_columns(field, forward=True))
-        half = symbols.shape[1]
-        upper = slice(points - half, 0, -1)
-        for waves, part, sign in ((slice(half), slice(None), 1), (slice(half, None), upper, -1)):
+    def _multiply(self, waves: list[NDArray[Any]], block: slice) -> None:
+        """Multiply some columns of the waves of both fields by the spectra, in place."""
+        symbols, half = self.spectra[:, :, block], self.spectra.shape[1]
+        upper = slice(self.padded[0] - half, 0, -1)
+        # The own terms are even in y; the mixed one is odd.
+        for rows, part, sign in ((slice(half), slice(None), 1), (slice(half, None), upper, -1)):
             own_y, own_x, mixed = symbols[:, part]
-            along_y, along_x = fields[0][waves], fields[1][waves]
+            along_y, along_x = waves[0][rows], waves[1][rows]
             coupled = sign * mixed
             turned = coupled * along_y
             along_y *= own_y
             along_y += coupled * along_x
             along_x *= own_x
             along_x += turned
-        for spectrum, field in zip(both, fields, strict=True):
-            displaced = fft.fft_columns(field, forward=False)
-            for rows in runs:
-                spectrum[rows] = displaced[rows]
 
     def to_single_precision(self) -> TangentialConvolution:
         """Return the operator in single precision, with a shared buffer."""
