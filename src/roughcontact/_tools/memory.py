@@ -12,7 +12,6 @@ import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 
-from roughcontact._tools.arrays import Shape
 from roughcontact.errors import FormatError, InputError, InsufficientMemoryError, Part
 
 GIB = 2**30
@@ -120,7 +119,7 @@ def require_memory(
         )
 
 
-def square_side(needed: int, shape: Shape) -> int:
+def square_side(needed: int, shape: tuple[int, int]) -> int:
     """Return the side of the largest square grid that fits, from the need of another grid."""
     return int(math.sqrt(free_bytes() / needed * shape[0] * shape[1]))
 

@@ -7,7 +7,6 @@ from enum import StrEnum
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from roughcontact._tools.arrays import Pixel, Shape
 from roughcontact.errors import InputError, require_choice
 
 if TYPE_CHECKING:
@@ -90,8 +89,8 @@ class Boundary(StrEnum):
 
     def operator(
         self,
-        shape: Shape,
-        pixel: Pixel,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
         contact_modulus: float,
         *,
         datum: float | None = None,
@@ -139,8 +138,8 @@ class Boundary(StrEnum):
 
     def operators(
         self,
-        shape: Shape,
-        pixel: Pixel,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
         contact_modulus: float,
         *,
         coatings: Coatings | None = None,
@@ -168,7 +167,7 @@ class Boundary(StrEnum):
         # The zero of the displacement depends on the whole map, even if only a part is evaluated.
         datum = longer_side(shape, pixel)
 
-        def operator(shape: Shape, coarsening: tuple[int, int]) -> Convolution:
+        def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> Convolution:
             coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
             # On coarse grids the discretization error exceeds the rounding error.
             arithmetic = precision if coarsening == (1, 1) else "single"
@@ -185,7 +184,7 @@ class Boundary(StrEnum):
 
         return operator
 
-    def operator_memory(self, shape: Shape, precision: str) -> int:
+    def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
         """Return the memory that `operator` needs, in bytes.
 
         Parameters
@@ -208,7 +207,7 @@ class Boundary(StrEnum):
             kernel += kernel // 2
         return 2 * real * ny * (nx * padded_x // 2 + 1) + kernel
 
-    def kernel_memory(self, shape: Shape) -> int:
+    def kernel_memory(self, shape: tuple[int, int]) -> int:
         """Return the bytes of one quadrant of the kernel spectrum in double precision.
 
         Parameters
@@ -223,7 +222,7 @@ class Boundary(StrEnum):
         return 2 * (ny + 1) * (nx + 1) << len(self.free_axes)
 
 
-def longer_side(shape: Shape, pixel: Pixel) -> float:
+def longer_side(shape: tuple[int, int], pixel: tuple[float, float]) -> float:
     """Return the longer side of a map, or the length of a single row [m]."""
     ny, nx = shape
     return nx * pixel[1] if ny == 1 else max(ny * pixel[0], nx * pixel[1])

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact import units
-from roughcontact._tools.arrays import Shape
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options as shared, outputs, parsing
@@ -269,7 +268,7 @@ class Request(OptionValues):
 
     # --- Required memory, checked before maps are created ---
 
-    def require_prepared(self, shape: Shape) -> None:
+    def require_prepared(self, shape: tuple[int, int]) -> None:
         """Raise `InsufficientMemoryError` unless preparation and analysis of a map fit."""
         from roughcontact.surface.grid import PREPARED, require_memory
 
@@ -280,7 +279,7 @@ class Request(OptionValues):
             return
         self.require_memory(grid)
 
-    def require_memory(self, shape: Shape) -> None:
+    def require_memory(self, shape: tuple[int, int]) -> None:
         """Raise `InsufficientMemoryError` unless the analysis on a grid fits."""
         if self.task.memory is None:
             held = self.task.held
@@ -295,14 +294,14 @@ class Request(OptionValues):
             # In addition to the bodies: pressure, gap, and roughness parameters.
             require_memory(shape, self._map_count + 2 + CORRELATED_ARRAYS, "the report on a map")
 
-    def require_contact(self, shape: Shape, held: int = 0) -> None:
+    def require_contact(self, shape: tuple[int, int], held: int = 0) -> None:
         """Raise `InsufficientMemoryError` unless a contact and ``held`` further maps fit."""
         from roughcontact.contact.memory import MemoryNeed
 
         precision = str(self.get(shared.PRECISION) or "double")
         MemoryNeed(shape, self._boundary, precision, self._map_count + held).require()
 
-    def require_volume(self, shape: Shape) -> None:
+    def require_volume(self, shape: tuple[int, int]) -> None:
         """Raise `InsufficientMemoryError` unless the volume model fits."""
         from roughcontact.elastoplastic import problem
 
@@ -317,7 +316,7 @@ class Request(OptionValues):
         count = len(drawn) + self[shared.DRAWS] if drawn else 0
         return 1 + count + any(map(self.is_given, (shared.COUNTER_SURFACE, shared.COUNTER_BODY)))
 
-    def cropped(self, shape: Shape) -> tuple[int, int]:
+    def cropped(self, shape: tuple[int, int]) -> tuple[int, int]:
         """Return the number of points of a map after cropping."""
         crop = self[shared.CROP]
         if crop is None:
