@@ -206,7 +206,7 @@ class Convolution:
 
     def gather(self, support: Support, pressure: NDArray[Any]) -> NDArray[Any]:
         """Return the displacement of the loaded pixels, in the shape of the pressure, ``(n,)``."""
-        displacement = np.empty(pressure.shape)
+        displacement = np.empty_like(pressure, float)
         fields, starts = np.atleast_2d(displacement), support.starts
 
         def gather_rows(field: int, number: int, rows: slice, padded: NDArray[Any]) -> None:
