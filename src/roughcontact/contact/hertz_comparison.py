@@ -164,9 +164,8 @@ def _line_end_note(result: ContactResult) -> Iterator[Caution]:
     if axis is not None and axis in result.boundary.free_axes:
         yield as_caution(
             CautionTag.HERTZ,
-            "The cylinder ends at the map edge, so edge pressure is too high. Use ",
-            ArgumentRef("boundary", f"periodic-{_AXES[axis]}"),
-            ".",
+            "The cylinder ends at the map edge, so edge pressure is too high. Use "
+            f"{ArgumentRef('boundary', f'periodic-{_AXES[axis]}')}.",
         )
 
 

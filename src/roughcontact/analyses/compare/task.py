@@ -226,11 +226,8 @@ def _check(request: Request) -> None:
     # A request with a file covers a single map of a larger comparison.
     if maps < 2 and alone and request.file is None:
         raise InputError(
-            "a single map cannot be compared: give a second one, or ",
-            ArgumentRef("quarters"),
-            " for its four quarters, or ",
-            ArgumentRef("sampling"),
-            " for the error of its numbers",
+            f"a single map cannot be compared: give a second one, or {ArgumentRef('quarters')} for "
+            f"its four quarters, or {ArgumentRef('sampling')} for the error of its numbers"
         )
 
 

@@ -88,11 +88,8 @@ def _check(request: Request) -> None:
         named = request[material]
         which = "" if named is None else f": {named.name} has none"
         raise InputError(
-            f"is needed{which}. Give ",
-            ArgumentRef(lacking.argument, "46 W/m/K"),
-            " or ",
-            ArgumentRef(material.argument, "Cu-ETP"),
-            ".",
+            f"is needed{which}. Give {ArgumentRef(lacking.argument, '46 W/m/K')} or "
+            f"{ArgumentRef(material.argument, 'Cu-ETP')}.",
             argument=lacking.argument,
         )
     films = ELECTRICAL_FILM, joints.THERMAL_FILM, CURRENT, GAP

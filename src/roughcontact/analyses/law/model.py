@@ -820,9 +820,8 @@ def _check(result: ContactResult, first: ContactResult) -> None:
         other,
         pair,
         "contacts",
-        "; contact and stiffness depend on all of them: give maps of one surface on one grid (",
-        ArgumentRef("pixel"),
-        "), solved with the same bodies and boundary",
+        "; contact and stiffness depend on all of them: give maps of one surface on one grid "
+        f"({ArgumentRef('pixel')}), solved with the same bodies and boundary",
     )
     series.require_one_model(first.ceiling is None, result.ceiling is None)
 

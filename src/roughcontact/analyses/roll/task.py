@@ -106,10 +106,8 @@ def _limited(look: OnProgress) -> OnProgress:
         if seconds > _LONG:
             took = f"{state.count} steps take about {format_duration(seconds)}"
             raise InputError(
-                f"is needed: {took}. Crop, coarsen (",
-                ArgumentRef("pixel"),
-                ") or reduce ",
-                ArgumentRef("passes"),
+                f"is needed: {took}. Crop, coarsen ({ArgumentRef('pixel')}) or reduce "
+                f"{ArgumentRef('passes')}",
                 argument="yes",
             )
         look(state)
@@ -124,10 +122,9 @@ def _leaves_series(request: Request) -> bool:
 def _check(request: Request) -> None:
     if not any(map(request.is_given, (options.COUNTER_BODY, options.COUNTER_SURFACE))):
         raise InputError(
-            "is needed: the body that rolls over the map, such as ",
-            ArgumentRef("counter_body", "cylinder 5 mm 90 deg"),
-            "; or a ",
-            ArgumentRef("counter_surface"),
+            "is needed: the body that rolls over the map, such as "
+            f"{ArgumentRef('counter_body', 'cylinder 5 mm 90 deg')}; or a "
+            f"{ArgumentRef('counter_surface')}",
             argument="counter_body",
         )
     request.require_yield(ArgumentRef("task", request.task.name))

@@ -223,12 +223,9 @@ class WearPresentation(Presentation):
             work = format_short(result.friction_work, "J" if _is_map(result) else "J/m")
             yield f"Work of friction: {work}"
         if (rise := _plane_rise(result)) > _MIN_RISE * result.worn.Sq:
-            height = format_short(rise, "m")
-            yield Sentence(
-                "Do not level the worn map again: ",
-                ArgumentRef("level", "none"),
-                f"; a plane would tilt its plateau by {height}",
-            )
+            advice = f"Do not level the worn map again: {ArgumentRef('level', 'none')}"
+            tilt = f"a plane would tilt its plateau by {format_short(rise, 'm')}"
+            yield Sentence(f"{advice}; {tilt}")
         contact, peak = (format_change(errors[key]) for key in ("contact_area", "max_pressure"))
         yield f"Last step in two: contact {contact}, peak pressure {peak}"
         worst = max(step.certificate for step in result.steps)
