@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact.contact import plausibility
-from roughcontact.contact.plausibility import LARGE_SLOPE, LARGE_STRAIN
+from roughcontact.contact.plausibility import LARGE_SLOPE, LARGE_STRAIN, load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
@@ -21,7 +21,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material, contact_modulus, softer_material
 from roughcontact.report.kind import Cells
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import count_noun, format_percent
+from roughcontact.units import count_noun, format_engineering, format_percent
 
 HEAD = ("The model assumes", "In this case", "Matters if")
 
@@ -151,6 +151,14 @@ def _counter_body(case: Case) -> bool:
     return case.contact is not None and case.contact.counter_surface is not None
 
 
+def _grid(case: Case) -> str:
+    if case.contact is None or not case.contact.load:
+        return "no detail below the pixel"
+    pixels = load_bearing_spot_pixels(case.contact, case.contact.spots())
+    what = "segments" if case.is_profile else "spots"
+    return f"half of the load is on {what} of {count_noun(pixels, 'pixel')} or more"
+
+
 def _missing(case: Case) -> str:
     text = []
     if case.contact is not None and (gone := int(np.count_nonzero(np.isnan(case.contact.gap)))):
@@ -173,6 +181,20 @@ def _plastic_strain(case: Case) -> str:
     strain = f"plastic strain {format_percent(largest_strain(case.volume))} at most"
     # Sphere of radius R with a spot of radius a: a/R = √2 times the rms slope.
     return strain if math.isnan(slope) else f"{strain}; slope under the contact {slope:.3g}"
+
+
+def _layers(case: Case) -> str:
+    assert case.volume is not None
+    layers = case.volume.bodies[0].thickness
+    sizes = (layers[0], layers[-1], float(layers.sum()))
+    thin, thick, deep = (format_engineering(size, "m", 3) for size in sizes)
+    return f"layers of {thin} (surface) to {thick}, {deep} deep"
+
+
+def _friction(case: Case) -> str:
+    assert case.volume is not None
+    largest = max(step.friction for step in case.volume.increments)
+    return f"traction {largest:.3g} of the pressure everywhere" if largest else "no traction"
 
 
 def _is_single(case: Case) -> bool:
@@ -224,9 +246,7 @@ ASSUMPTIONS = (
         "load reverses, or creep, fracture or heat occur",
         _yields,
     ),
-    Assumption(
-        "Layers", "strain is constant in a layer", "peaks are narrower than a layer", _yields
-    ),
+    Assumption("Layers", _layers, "peaks are narrower than a layer or pixel", _yields),
     Assumption(
         "No friction, no adhesion",
         "pressure is normal and never negative",
@@ -234,10 +254,7 @@ ASSUMPTIONS = (
         lambda c: not _path_travels(c),
     ),
     Assumption(
-        "Rolling without slip zones",
-        "traction is friction times pressure everywhere",
-        "torque, spin or a lubricant act",
-        _path_travels,
+        "Rolling without slip zones", _friction, "torque, spin or a lubricant act", _path_travels
     ),
     Assumption(
         "Smooth counter-body",
@@ -251,11 +268,7 @@ ASSUMPTIONS = (
         "their position may change",
         _counter_body,
     ),
-    Assumption(
-        "Constant pressure on a pixel",
-        "no detail below the pixel",
-        "spots have fewer than 10 pixels",
-    ),
+    Assumption("Constant pressure on a pixel", _grid, "spots have fewer than 10 pixels"),
     Assumption("Missing points", _missing, "they are on summits", lambda c: bool(_missing(c))),
     Assumption(
         "One slow loading",
