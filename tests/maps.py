@@ -27,11 +27,6 @@ def anisotropic_surface(
 ) -> rc.Surface:
     """Return a rough map with ny ≠ nx and dy ≠ dx."""
     heights = rc.self_affine(
-        shape,
-        pixel,
-        rms_height=0.1e-6,
-        rolloff_wavelength=12e-6,
-        cutoff_wavelength=2e-6,
-        rng=np.random.default_rng(seed),
+        shape, pixel, rms_height=0.1e-6, rolloff_wavelength=12e-6, cutoff_wavelength=2e-6, rng=seed
     )
     return rc.Surface(heights, pixel)

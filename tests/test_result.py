@@ -18,12 +18,7 @@ STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 
 def surface() -> rc.Surface:
     heights = rc.self_affine(
-        (24, 36),
-        (1e-6, 1e-6),
-        rms_height=1e-7,
-        rolloff_wavelength=12e-6,
-        cutoff_wavelength=3e-6,
-        rng=np.random.default_rng(2),
+        (24, 36), 1e-6, rms_height=1e-7, rolloff_wavelength=12e-6, cutoff_wavelength=3e-6, rng=2
     )
     return rc.Surface(heights, (1e-6, 1e-6), rc.Provenance("<ground>.opd"))
 

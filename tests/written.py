@@ -33,12 +33,7 @@ VOLUME_SUFFIXES = (".nc", ".vtr", ".vti", ".csv", ".json")
 
 def rough(holes: bool = True) -> rc.Surface:
     heights = rc.self_affine(
-        SHAPE,
-        PIXEL,
-        rms_height=0.1e-6,
-        rolloff_wavelength=9e-6,
-        cutoff_wavelength=2e-6,
-        rng=np.random.default_rng(5),
+        SHAPE, PIXEL, rms_height=0.1e-6, rolloff_wavelength=9e-6, cutoff_wavelength=2e-6, rng=5
     )
     if holes:
         heights = heights.copy()

@@ -55,9 +55,7 @@ def test_map_accepts_units() -> None:
     with_unit = nominal_bodies.sphere(radius="10 mm", shape=(32, 32), pixel=("1 um", "1 um"))
     assert with_unit.provenance == BALL.provenance
     made = {"rolloff_wavelength": "20 um", "cutoff_wavelength": "4 um"}
-    heights = rc.self_affine(
-        (32, 32), PIXEL, rms_height="0.1 um", **made, rng=np.random.default_rng(1)
-    )
+    heights = rc.self_affine(32, PIXEL, rms_height="0.1 um", **made, rng=1)
     assert float(np.std(heights)) == pytest.approx(1e-7)
 
 

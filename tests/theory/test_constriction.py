@@ -159,12 +159,7 @@ def test_the_correlations_are_their_theories(separation: float) -> None:
 def rough(seed: int, n: int = 256) -> rc.Surface:
     pixel = 256e-6 / n
     heights = rc.self_affine(
-        (n, n),
-        (pixel, pixel),
-        rms_height=0.5e-6,
-        rolloff_wavelength=32e-6,
-        cutoff_wavelength=4e-6,
-        rng=np.random.default_rng(seed),
+        n, pixel, rms_height=0.5e-6, rolloff_wavelength=32e-6, cutoff_wavelength=4e-6, rng=seed
     )
     return rc.Surface(heights, (pixel, pixel))
 
@@ -199,12 +194,7 @@ def test_a_free_map_spreads_from_its_outline_as_well() -> None:
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_the_correlation_of_rough_joints_is_within_its_scatter(ceiling: float | None) -> None:
     heights = rc.self_affine(
-        (256, 256),
-        (1e-6, 1e-6),
-        rms_height=0.5e-6,
-        rolloff_wavelength=32e-6,
-        cutoff_wavelength=8e-6,
-        rng=np.random.default_rng(2),
+        256, 1e-6, rms_height=0.5e-6, rolloff_wavelength=32e-6, cutoff_wavelength=8e-6, rng=2
     )
     surface = rc.Surface(heights, (1e-6, 1e-6))
     contacts = (

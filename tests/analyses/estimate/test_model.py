@@ -339,12 +339,7 @@ def test_report_compares_result_with_estimate() -> None:
 
 def test_small_map_raises_input_error() -> None:
     heights = rc.self_affine(
-        (64, 64),
-        (1e-6, 1e-6),
-        rms_height=0.5e-6,
-        rolloff_wavelength=64e-6,
-        cutoff_wavelength=8e-6,
-        rng=np.random.default_rng(4),
+        64, 1e-6, rms_height=0.5e-6, rolloff_wavelength=64e-6, cutoff_wavelength=8e-6, rng=4
     )
     with pytest.raises(rc.InputError, match="shows its own form"):
         rc.estimate(rc.Surface(heights[:32], (1e-6, 1e-6)), pressure="600 MPa", material=STEEL)
