@@ -21,17 +21,6 @@ from roughcontact.request.task import Command
 RUN_KEYS = frozenset({"run", "sha256", "seal"})
 """Keys of the summary of a contact in addition to its quantities."""
 
-DAMAGED_FILE_ERRORS = (
-    OSError,
-    ValueError,
-    TypeError,
-    LookupError,
-    AttributeError,
-    ImportError,
-    RecursionError,
-)
-"""Errors raised while reading a damaged file of an earlier run."""
-
 SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
 
 
@@ -88,7 +77,7 @@ def find_complete(entry: Entry, digest: str) -> dict[str, Any] | None:
         paths = [path for _, path in entry.request.places if path.name in text["sha256"]]
         if text["sha256"] != _file_checksums(paths):
             return None
-    except DAMAGED_FILE_ERRORS:
+    except (OSError, ValueError, TypeError, LookupError, RecursionError):
         return None
     return {**text, "written": [str(path) for path in paths]}
 
