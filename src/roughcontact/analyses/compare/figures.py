@@ -105,7 +105,7 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str) -> N
     _plain_ticks(axes.xaxis, between=False)
     axes.set_ylim(0, 1.08 * float(np.max(values)) * up or 1)
     style.name_axes(axes, f"nominal pressure [{pressure_unit}]")
-    style.plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
+    _set_title(axes, title, symbol)
 
 
 def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str) -> None:
@@ -141,6 +141,10 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str) -> 
     ]
     axes.set_xlim(-0.6, len(values) - 0.4)
     axes.set_xticks(range(len(values)), names)
+    _set_title(axes, title, symbol)
+
+
+def _set_title(axes: Axes, title: str, symbol: str) -> None:
     style.plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
 
 
