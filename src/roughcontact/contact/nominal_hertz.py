@@ -18,8 +18,14 @@ from roughcontact.theory import hertz
 
 # Methods that do not change the nominal body.
 _CURVATURE_KEEPING_STEPS = {
-    *("note", "without_outliers", "filled", "masked"),
-    *("cropped", "largest_rectangle", "resampled", "indented"),
+    "note",
+    "without_outliers",
+    "filled",
+    "masked",
+    "cropped",
+    "largest_rectangle",
+    "resampled",
+    "indented",
 }
 
 

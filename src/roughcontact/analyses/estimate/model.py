@@ -325,8 +325,13 @@ _GAUSSIAN = math.sqrt(math.pi / 2)
 HEIGHT_FACTORS = (math.pi / math.sqrt(8) / _GAUSSIAN, math.sqrt(2) / _GAUSSIAN)
 
 _RANGES = (
-    *("contact", "saturated", "gap", "plastic_volume"),
-    *("stiffness", "vacuum_conductance", "air_conductance"),
+    "contact",
+    "saturated",
+    "gap",
+    "plastic_volume",
+    "stiffness",
+    "vacuum_conductance",
+    "air_conductance",
 )
 
 # Least Ra: five of six measured maps of smoother faces had slopes beyond these factors.

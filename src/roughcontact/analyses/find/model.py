@@ -494,7 +494,8 @@ def _targets(
     """Return the targets, in the order of the arguments."""
     targets = [*_shares(CONTACT, contact), *_shares(SATURATED, saturated)]
     targets += [*_lengths(APPROACH, approach), *_lengths(GAP, mean_gap)]
-    targets += [(YIELD, 1.0)] * first_yield
+    if first_yield:
+        targets.append((YIELD, 1.0))
     if not targets:
         raise InputError(
             f"no target: give {ArgumentRef('contact_fraction')}, "

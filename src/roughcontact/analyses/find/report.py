@@ -88,8 +88,16 @@ def _contact(result: Any) -> dict[str, Any]:
 
 
 _KEPT = (
-    *("load_error", "approach", "contact_area", "perimeter_corrected_area", "contact_fraction"),
-    *("saturated_fraction", "max_pressure", "mean_gap", "regime", "calibrated"),
+    "load_error",
+    "approach",
+    "contact_area",
+    "perimeter_corrected_area",
+    "contact_fraction",
+    "saturated_fraction",
+    "max_pressure",
+    "mean_gap",
+    "regime",
+    "calibrated",
 )
 
 

@@ -324,8 +324,12 @@ class InterfaceLaw(Result):
     def _steps(self, branch: str) -> Iterator[LawStep]:
         pressures = self.pressures(branch)
         names = (
-            *("separation", "mean_gap", "contact_fraction"),
-            *("saturated_fraction", "stiffness", "unloading_stiffness"),
+            "separation",
+            "mean_gap",
+            "contact_fraction",
+            "saturated_fraction",
+            "stiffness",
+            "unloading_stiffness",
         )
         means = {name: self.mean(branch, name) for name in names}
         theory, resolved = self.persson(pressures), self.resolved

@@ -149,8 +149,12 @@ def _elastic_or_best(solve: Callable[[], ContactResult]) -> ContactResult | None
 
 
 _CALIBRATED = (
-    *("contact_area", "contact_fraction", "saturated_fraction"),
-    *("mean_pressure", "mean_gap", "approach"),
+    "contact_area",
+    "contact_fraction",
+    "saturated_fraction",
+    "mean_pressure",
+    "mean_gap",
+    "approach",
 )
 
 
