@@ -200,10 +200,10 @@ def format_engineering(value: float, unit: str, digits: int = 4) -> str:
     """Return a quantity as text with an SI prefix."""
     if digits < 1:
         raise ValueError(f"digits must be at least 1, got {digits}")
-    return _prefixed(0.0 if unit == "m" and abs(value) < _MIN_LENGTH else value, unit, digits)
+    return _with_prefix(0.0 if unit == "m" and abs(value) < _MIN_LENGTH else value, unit, digits)
 
 
-def _prefixed(value: float, unit: str, digits: int = 4) -> str:
+def _with_prefix(value: float, unit: str, digits: int = 4) -> str:
     if not math.isfinite(value) or value == 0:
         return f"{abs(value) if value == 0 else value:g} {unit}".rstrip()
     # Decimal, so that 999.96 rounds up before the prefix is chosen and no digits appear from
@@ -238,7 +238,7 @@ def group_digits(text: str) -> str:
 def format_lengths(values: Sequence[float], between: str = " × ") -> str:
     """Return lengths as text, each with its SI prefix."""
     # No lower limit: a wrong unit of the input must remain visible.
-    return between.join(_prefixed(value, "m") for value in values)
+    return between.join(_with_prefix(value, "m") for value in values)
 
 
 def join_ends(low: str, high: str, digits: int = 0) -> str:

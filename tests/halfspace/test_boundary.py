@@ -283,14 +283,14 @@ def test_grids_of_a_study_keep_the_period_and_the_means_across():
     wave = np.sin(2 * np.pi * (np.arange(64) + 0.5) / 64)
     steps = np.repeat([0.0, 1.0, 4.0, 9.0], 16)
     surface = rc.Surface(steps[:, None] + wave, (1.0, 1.0))
-    coarse = resolution_study._scaled(surface, 2, Boundary.PERIODIC_X)
+    coarse = resolution_study._coarsen(surface, 2, Boundary.PERIODIC_X)
     assert coarse.shape == (32, 32)
     expected = np.repeat([0.0, 1.0, 4.0, 9.0], 8)[:, None] + np.sin(
         2 * np.pi * (np.arange(32) + 0.5) / 32
     )
     np.testing.assert_allclose(coarse.heights, expected, rtol=0, atol=1e-12)
     turned = rc.Surface(np.ascontiguousarray(surface.heights.T), (1.0, 1.0))
-    other = resolution_study._scaled(turned, 2, Boundary.PERIODIC_Y)
+    other = resolution_study._coarsen(turned, 2, Boundary.PERIODIC_Y)
     np.testing.assert_allclose(other.heights.T, coarse.heights, rtol=0, atol=1e-12)
     # 65 points across lose one, 66 along stay.
     odd = rc.Surface(np.zeros((65, 66)), (1.0, 1.0))
@@ -298,7 +298,7 @@ def test_grids_of_a_study_keep_the_period_and_the_means_across():
     assert resolution_study._divisible(odd, Boundary.PERIODIC_Y).shape == (65, 64)
     holed = surface.heights.copy()
     holed[5, 7] = np.nan
-    coarse = resolution_study._scaled(rc.Surface(holed, (1.0, 1.0)), 2, Boundary.PERIODIC_X)
+    coarse = resolution_study._coarsen(rc.Surface(holed, (1.0, 1.0)), 2, Boundary.PERIODIC_X)
     assert np.isnan(coarse.heights[2, 3])
     assert np.isnan(coarse.heights).sum() == 1
 

@@ -18,7 +18,7 @@ from roughcontact.halfspace.coating import Coatings, layer_excess, tabulate
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import Field
 from roughcontact.halfspace.tensors import von_mises
-from roughcontact.solvers.active_set import _kept_by_block
+from roughcontact.solvers.active_set import _clip_by_block
 from roughcontact.theory import hertz
 
 Array = NDArray[np.float64]
@@ -350,7 +350,7 @@ def test_stiff_film_on_soft_body_needs_few_convolutions(
 def test_forces_of_blocks_stay_within_the_bounds(limit: float) -> None:
     x = np.array([3.0, -1.0, 0.5, 2.0, -0.5, 1.0, -4.0, 1.0])
     block = np.array([0, 0, 0, 1, 1, 1, 2, 2])
-    kept = _kept_by_block(x, limit, block)
+    kept = _clip_by_block(x, limit, block)
     assert kept.min() >= 0
     assert kept.max() <= limit
     force = np.bincount(block, kept)

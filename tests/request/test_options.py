@@ -306,13 +306,13 @@ def test_new_option_prepares_maps_if_declared(
 ) -> None:
     row = Option("stretch", parsing.number, "Factor.", 1.0, Panel.MAP, prepares=prepares)
     task = replace(solve.TASK, options=(*solve.TASK.options, row))
-    step = maps._prepared
+    step = maps._prepare
 
     def stretched(request: Any, asked: Any, surface: Any, path: Path) -> Any:
         made = step(request, asked, surface, path)
         return replace(made, heights=asked[row] * made.heights)
 
-    monkeypatch.setattr(maps, "_prepared", stretched)
+    monkeypatch.setattr(maps, "_prepare", stretched)
     np.save(tmp_path / "map.npy", np.random.default_rng(1).standard_normal((16, 16)))
     given = {
         "unit": "nm",

@@ -75,9 +75,11 @@ def test_map_with_requested_parameters_is_not_corrected() -> None:
     )
     near = 1 + generation._CLOSE / 2
     for close in (asked, replace(asked, Str=Str * near), replace(asked, Sal=Sal / near)):
-        assert generation._corrected(spectrum_asked, close, heights) is spectrum_asked
+        assert generation._correct_spectrum(spectrum_asked, close, heights) is spectrum_asked
     for share in (0.8, 1.25):
-        other = generation._corrected(spectrum_asked, replace(asked, Str=Str * share), heights)
+        other = generation._correct_spectrum(
+            spectrum_asked, replace(asked, Str=Str * share), heights
+        )
         assert (other.ratio > 0.5) == (share > 1)
         assert other.rolloff == spectrum_asked.rolloff
 

@@ -115,7 +115,7 @@ def test_erosion_returns_surface_that_a_ball_touched() -> None:
 def test_draws_have_the_slope_of_honed_plateaus_that_a_ball_touched() -> None:
     # They were 0.77 as steep, and the elastic area was a quarter too large.
     case = interval_coverage.draw_case(5016, "tip")
-    known = measurement._measured(case.map, case.stated, case.shortest_wave)
+    known = measurement._reconstruct(case.map, case.stated, case.shortest_wave)
     fine = [rc.Surface(known.draw({}, seed)[0], known.fine) for seed in (1, 2)]
     slopes = [plateau_slope(surface) for surface in fine]
     assert np.mean(slopes) == pytest.approx(plateau_slope(case.surface), rel=0.08)
@@ -131,7 +131,7 @@ def plateau_slope(surface: rc.Surface) -> float:
 def test_deep_grooves_are_solved_under_a_tip_alone() -> None:
     # A tip shows the plateaus between them; waves of a microscope are too skewed.
     case = interval_coverage.draw_case(5034, "tip")
-    known = measurement._measured(case.map, case.stated, case.shortest_wave)
+    known = measurement._reconstruct(case.map, case.stated, case.shortest_wave)
     assert known.structure[0] < -2
     measurement._require_random(known)
     with pytest.raises(InputError, match="skewed heights"):
@@ -150,7 +150,7 @@ def test_a_wrong_resolution_does_not_raise_the_slope_without_limit(stated: float
 def test_draws_of_honed_surfaces_have_the_slope_of_their_plateaus() -> None:
     # On a scale of heights on which short waves were even, plateaus were up to half as steep.
     case = interval_coverage.draw_case(5022, "diffraction")
-    known = measurement._measured(case.map, case.stated, case.shortest_wave)
+    known = measurement._reconstruct(case.map, case.stated, case.shortest_wave)
     known = measurement._require_solvable(known, case.map)
     assert known.wear is not None
     fine = [rc.Surface(known.draw({}, 1)[0], known.fine), case.surface]
@@ -211,7 +211,7 @@ def test_draw_of_part_has_slope_of_that_part() -> None:
     surface, tool = rough(512), Instrument(resolution=8 * UM, noise=1e-9)
     image = tool.measure(surface, points=(256, 256), periodic=True, rng=np.random.default_rng(3))
     part = rc.Surface(image.heights[:128, :128], image.pixel)
-    known = measurement._measured(part, tool, 4 * UM)
+    known = measurement._reconstruct(part, tool, 4 * UM)
     drawn, twin, _ = known.draw({}, 5)
     slopes = [rc.Surface(heights, known.fine).Sdq for heights in (drawn, twin)]
     there = rc.Surface(surface.heights[:256, :256], surface.pixel)
@@ -235,7 +235,7 @@ def test_a_draw_with_a_lay_has_the_slope_of_the_surface() -> None:
         seen = virtual_microscope.average_pixels(blurred)
         lost = virtual_microscope.find_missing(seen, 0.04, np.random.default_rng(seed))
         image = rc.Surface(np.where(lost, np.nan, seen), (4 * UM, 4 * UM)).filled().leveled()
-        known = measurement._measured(image, tool, 8 * UM)
+        known = measurement._reconstruct(image, tool, 8 * UM)
         assert known.heights is not image.heights
         drawn, _, _ = known.draw({}, 0)
         slopes.append(rc.Surface(drawn, known.fine).Sdq / rc.Surface(heights, (UM, UM)).Sdq)
@@ -598,7 +598,7 @@ def test_lay_is_the_power_of_each_direction() -> None:
 def test_surfaces_under_a_tip_are_not_worn() -> None:
     # Craters were, and the elastic area was a third too large.
     case = interval_coverage.draw_case(5006, "tip")
-    known = measurement._measured(case.map, case.stated, case.shortest_wave)
+    known = measurement._reconstruct(case.map, case.stated, case.shortest_wave)
     assert not known.is_worn
     assert replace(known, instrument=Instrument(resolution=0.0)).is_worn
 
@@ -607,10 +607,10 @@ def test_marks_of_turning_are_not_wear() -> None:
     image, tool = measure_surface(64, noise=1e-9)
     place = np.arange(64) % 8 / 8
     marks = rc.Surface(image.heights + 4 * image.Sq * (2 * place - 1) ** 2, image.pixel).leveled()
-    known = measurement._measured(marks, tool, 4 * UM)
+    known = measurement._reconstruct(marks, tool, 4 * UM)
     assert measurement._require_solvable(known, marks).wear is None
     assert known.marks > 0.5
-    assert measurement._measured(image, tool, 4 * UM).marks < 0.05
+    assert measurement._reconstruct(image, tool, 4 * UM).marks < 0.05
 
 
 @pytest.mark.long
@@ -638,7 +638,7 @@ def test_mismatched_edges_of_periodic_map_give_remark() -> None:
     tilted = heights + np.linspace(0, 6e-7, 64)
     for rough, expected in ((heights, False), (tilted, True)):
         surface = rc.Surface(rough, (1e-6, 1e-6))
-        measured = measurement._measured(surface, rc.measure.Instrument(resolution=2e-6), None)
+        measured = measurement._reconstruct(surface, rc.measure.Instrument(resolution=2e-6), None)
         measured = replace(measured, form="plane")
         result = rc.solve(surface, material=STEEL, load=1e-3, boundary="periodic")
         assert bool(list(measurement._seam_remark(result, measured))) == expected

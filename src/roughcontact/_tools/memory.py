@@ -40,7 +40,7 @@ def free_bytes() -> int:
     remaining = [
         int(psutil.virtual_memory().available),
         *left_in_containers(Path("/")),
-        *_left_to_us(),
+        *_free_under_limits(),
     ]
     return max(0, min(remaining))
 
@@ -87,7 +87,7 @@ def _read_text(file: Path) -> str:
         return ""
 
 
-def _left_to_us() -> Iterator[int]:
+def _free_under_limits() -> Iterator[int]:
     """Yield the free bytes of address space and data under the limits of this process."""
     import psutil
 

@@ -89,7 +89,7 @@ def _arrays(
         if kind == h5l.TYPE_HARD:
             result = h5o.open(file.id, name)
             if isinstance(result, h5d.DatasetID):
-                yield text, _stored(path, text, result)
+                yield text, _require_stored(path, text, result)
             # The reader reports what is damaged.
             with contextlib.suppress(Exception):
                 node = file[name]
@@ -101,7 +101,7 @@ def _arrays(
             raise _external_storage(path, text, "an external link")
 
 
-def _stored(path: Path, name: str, array: Any) -> StoredArray:
+def _require_stored(path: Path, name: str, array: Any) -> StoredArray:
     """Return an array, or raise `FormatError` if its data are in another file."""
     from h5py import Dataset, h5d
 

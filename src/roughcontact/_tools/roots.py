@@ -143,9 +143,9 @@ def bracket_crossing(
         near = max(abs(low[1]), abs(high[1])) <= accuracy
         if near or widths[-1] <= ACCURACY or adjacent(low[0], high[0]):
             break
-        x = _interpolated(points, beyond, slope)
+        x = _interpolate_crossing(points, beyond, slope)
         if not low[0] < x < high[0]:
-            x = _interpolated([low, high], beyond, slope)
+            x = _interpolate_crossing([low, high], beyond, slope)
         slow = len(widths) > 3 and all(v[-1] > 0.5 * v[-4] for v in (widths, errors))
         middle = 0.5 * (low[0] + high[0])
         for a, b in pairwise(points):
@@ -169,7 +169,7 @@ def _bracket(points: list[Point]) -> tuple[Point, Point] | None:
     return result
 
 
-def _interpolated(points: list[Point], beyond: float, slope: float) -> float:
+def _interpolate_crossing(points: list[Point], beyond: float, slope: float) -> float:
     """Return the estimated crossing, aimed slightly beyond; NaN without finite points.
 
     Inverse interpolation through at most three nearest points that ascend: the error of the root
@@ -202,7 +202,7 @@ def _next_outside(
     end, edge = (points[0], ends[0]) if above else (points[-1], ends[1])
     if (end[0] <= edge) if above else (end[0] >= edge):
         raise NotPassedError(end)
-    guess = _interpolated(points, beyond, slope)
+    guess = _interpolate_crossing(points, beyond, slope)
     # Without a step forward, or with short steps, the search would stay on this side.
     ahead = (guess < end[0]) if above else (guess > end[0])
     step = min(abs(guess - end[0]), _STEP) if ahead else _MAX_EXTRAPOLATION

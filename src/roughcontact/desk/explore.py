@@ -26,7 +26,7 @@ class DeskServer:
         self.url = server.url
         self._thread = threading.Thread(target=server.run, name="desk", daemon=True)
         self._thread.start()
-        self._end = weakref.finalize(self, _closed, server, self._thread, folder)
+        self._end = weakref.finalize(self, _close, server, self._thread, folder)
 
     def close(self) -> None:
         """Stop the server and remove its files."""
@@ -78,7 +78,7 @@ def _page() -> Page:
     return make_page
 
 
-def _closed(
+def _close(
     server: Server, thread: threading.Thread, folder: tempfile.TemporaryDirectory[str]
 ) -> None:
     server.stop()

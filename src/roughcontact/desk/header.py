@@ -95,13 +95,13 @@ def slider_range(form: LoadForm, prepared: PreparedMaps) -> tuple[float, float]:
             HERTZ: _PEAKS,
         }
         largest = per_pressure[form] * pressure
-    return _rounded(largest * 10.0**-_DECADES), _rounded(largest)
+    return _round_load(largest * 10.0**-_DECADES), _round_load(largest)
 
 
 def text_at_position(position: int, ends: tuple[float, float], form: LoadForm) -> str:
     """Return the load at a position of the slider, as text with unit."""
     value = ends[0] * (ends[1] / ends[0]) ** (position / STEPS)
-    return form.lead + units.format_engineering(_rounded(value), form.unit, _DIGITS)
+    return form.lead + units.format_engineering(_round_load(value), form.unit, _DIGITS)
 
 
 def slider_ticks(ends: tuple[float, float], form: LoadForm) -> list[tuple[float, str]]:
@@ -139,7 +139,7 @@ def _height(surface: rc.Surface) -> float:
     return float(np.nanmax(surface.heights) - np.nanmin(surface.heights))
 
 
-def _rounded(value: float) -> float:
+def _round_load(value: float) -> float:
     return float(f"{value:.{_DIGITS - 1}e}")
 
 
@@ -170,7 +170,7 @@ class LoadPanel:
         )
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self.form.param.watch(self._reform, "value")
-        self.text.param.watch(self._typed, "value")
+        self.text.param.watch(self._on_input, "value")
         self.slider.param.watch(self._slid, "moved")
         fields = pn.Column(self.form, self.text, width=150, margin=0)
         self.root = pn.Column(
@@ -248,7 +248,7 @@ class LoadPanel:
             text = form.example if ends is None else text_at_position(STEPS // 2, ends, form)
         self._set(text, self._give)
 
-    def _typed(self, event: Any) -> None:
+    def _on_input(self, event: Any) -> None:
         if not self._silent:
             self._set(event.new, self._give)
 

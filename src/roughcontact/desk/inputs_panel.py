@@ -162,7 +162,7 @@ class BodiesPanel:
         self._search = pn.widgets.TextInput(
             label="Search the catalog", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
         )
-        self._search.param.watch(self._searched, "value_input")
+        self._search.param.watch(self._on_search, "value_input")
         self.step = StepCard(
             "Bodies",
             self._search,
@@ -173,7 +173,7 @@ class BodiesPanel:
             controls.make_fold("Nominal forms, two maps", partial(roots, *GROUPS["forms"])),
         )
 
-    def _searched(self, event: Any) -> None:
+    def _on_search(self, event: Any) -> None:
         """Offer the materials that match the search text."""
         for name, nothing in PAGE["no-material"].items():
             self._group.controls[name].offer(_materials(nothing, event.new))
@@ -281,7 +281,7 @@ class MapPanel:
         self._channels: Sequence[str] = ()
         self._wanted = OptionsForm(generation.COMMAND, PAGE["generate"]["first"])
         self._of_file = controls.make_fold("Channel, unit, sides", self._about_file)
-        self.start = self._started()
+        self.start = self._start_view()
         self.step = StepCard(
             "Map",
             self._drop,
@@ -294,7 +294,7 @@ class MapPanel:
             controls.make_fold("A smooth body without a map", self._about_smooth),
         )
 
-    def _started(self) -> Any:
+    def _start_view(self) -> Any:
         """Return the start view, shown until there is a map."""
         examples = (make_button(name, partial(self._demonstrate, name)) for name in EXAMPLES)
         about = (
@@ -392,7 +392,7 @@ class MapPanel:
 
     def _take_file(self, text: dict[str, Any], open_map: Callable[[Path, str], None]) -> None:
         try:
-            path, name = self._arrived(text)
+            path, name = self._uploaded_file(text)
         except rc.InputError as error:
             self.refuse(error)
             return
@@ -412,7 +412,7 @@ class MapPanel:
 
         self._check(path, name, ended)
 
-    def _arrived(self, text: dict[str, Any]) -> tuple[Path, str]:
+    def _uploaded_file(self, text: dict[str, Any]) -> tuple[Path, str]:
         """Return the path of an uploaded file, and its name on the user's side."""
         if "error" in text:
             raise rc.InputError(str(text["error"]))

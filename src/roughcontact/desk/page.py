@@ -110,7 +110,7 @@ class Page:
         self._answer = 0
         self._has_contact = False
         self._views.strip.param.update(margin=0, height=48)
-        self.root = self._laid_out()
+        self.root = self._layout()
         if self._document is not None:
             self._color(False)
             watch_connection(self._document)
@@ -406,7 +406,7 @@ class Page:
 
         return getattr(job_panels, name)(self.session, self._visit, self._run, *more)
 
-    def _laid_out(self) -> Any:
+    def _layout(self) -> Any:
         title = pn.pane.HTML(
             "<h1>roughcontact</h1>", width=style.LEFT - 32, margin=0, align="center", **style.SHEETS
         )
@@ -483,7 +483,7 @@ class ContactView:
         """Linked maps."""
         created = MapsView()
         created.section.set_listener(self._call_draw)
-        style.watch_changes(created.crop, ("visible",), self._boxed)
+        style.watch_changes(created.crop, ("visible",), self._on_crop)
         return created
 
     @cached_property
@@ -567,7 +567,7 @@ class ContactView:
             self.detail.show_contact(None, None, None, "")
             self.root[:] = [self._start]
 
-    def _boxed(self) -> None:
+    def _on_crop(self) -> None:
         self._keep.visible = self.maps.crop.visible
 
     def _crop_selection(self) -> None:

@@ -122,14 +122,14 @@ def _heights(surface: rc.Surface) -> list[Any]:
         "high": high,
         "length": drawing_style.prefixed_window(0.0, size),
         "height": drawing_style.prefixed(high - low, "m"),
-        "factor": _rounded(_HEIGHT_SHARE * size / (high - low)) if high > low else 1.0,
+        "factor": _round_down(_HEIGHT_SHARE * size / (high - low)) if high > low else 1.0,
         "note": f"{cells}. Drag or arrow keys: turn. Wheel, + and −: zoom. Double click or 0: "
         "reset.",
     }
     return [json.dumps(head), np.where(np.isnan(values), _MISSING_HEIGHT, values).tobytes()]
 
 
-def _rounded(value: float) -> float:
+def _round_down(value: float) -> float:
     """Return the largest of 1, 2, 5, 10, ... up to a value."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * max(step for step in (1, 2, 5) if step <= value / power * (1 + 1e-9))

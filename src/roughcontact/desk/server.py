@@ -204,7 +204,7 @@ class Server:
                 self._server.start()
             finally:
                 self._ready.set()
-            ends.callback(self._closed, loop)
+            ends.callback(self._close, loop)
             with _stop_on_signals(loop):
                 loop.run_forever()
 
@@ -214,7 +214,7 @@ class Server:
         assert self._loop is not None
         self._loop.call_soon_threadsafe(self._loop.stop)
 
-    def _closed(self, loop: Any) -> None:
+    def _close(self, loop: Any) -> None:
         self._server.stop(wait=False)
         # Cancel requests that still wait.
         waiting = asyncio.all_tasks(loop)

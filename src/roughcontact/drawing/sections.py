@@ -196,7 +196,7 @@ class Line(NamedTuple):
     ceiling: Array | None
 
 
-def _tilted(result: ContactResult, where: tuple[int | slice, ...]) -> Array:
+def _tilt_gap(result: ContactResult, where: tuple[int | slice, ...]) -> Array:
     """Return the contribution of the tilt to the gap on a section [m]."""
     y, x = rigid_tilt.moment_arms(result.gap.shape, result.surface.pixel)
     slope_y, slope_x = (slope * max(result.surface.size) for slope in result.tilt)
@@ -233,7 +233,7 @@ def line_of(
         peak=(peak[axis] + 0.5) * pixel,
         across=(peak[1 - axis] + 0.5) * result.surface.pixel[1 - axis],
         limits=(first * pixel, last * pixel),
-        before=result.approach - before[where] - _tilted(result, where),
+        before=result.approach - before[where] - _tilt_gap(result, where),
         under=-result.gap[where],
         pressure=result.pressure[where],
         saturated=result.saturated[where],

@@ -232,10 +232,10 @@ class IncrementLoop:
 
     def _reset_increment(self) -> None:
         # Strain and step of the previous increment: the initial guess of the next.
-        self._places, self._added = self._nothing()
+        self._places, self._added = self._empty_increment()
         self._stride = IncrementInfo()
 
-    def _nothing(self) -> tuple[list[Parts], list[Parts]]:
+    def _empty_increment(self) -> tuple[list[Parts], list[Parts]]:
         """Return the positions and strains of an increment without plastic flow, by body."""
         places: list[Parts] = []
         added: list[Parts] = []
@@ -336,7 +336,7 @@ class IncrementLoop:
 
     def displacement(self) -> Array:
         """Return the displacement by the accepted strain, and prepare the mean stress."""
-        places, added = self._nothing()
+        places, added = self._empty_increment()
         displacement = np.zeros(self.solver.initial_gap.shape)
         for body, place, strain in zip(self.bodies, places, added, strict=True):
             displacement += body.displacement(place, strain, trace=True)
@@ -483,7 +483,7 @@ class IncrementLoop:
         """Set the initial guess: the strain of the previous increment, scaled or shifted."""
         last, self._stride = self._stride, IncrementInfo()
         if stride[1:] != last[1:]:
-            self._places, self._added = self._nothing()
+            self._places, self._added = self._empty_increment()
         elif any(stride[1:]):
             # Equal shift: the strain increment moves with the contact.
             for number, body in enumerate(self.bodies):
@@ -495,7 +495,7 @@ class IncrementLoop:
             factor = min(stride.load / last.load, 1.0)
             self._added = [[part * part.dtype.type(factor) for part in a] for a in self._added]
         elif last.load:
-            self._places, self._added = self._nothing()
+            self._places, self._added = self._empty_increment()
 
     def _carry(self, number: int, layer: int, stride: IncrementInfo) -> None:
         """Move the strain of the previous increment with the counter-surface."""

@@ -192,7 +192,7 @@ def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
         values, steps = _read_text(path)
         requested.check_shape(values.shape)
         about = Provenance(path.name, f"matrix ({name})", "", steps)
-        return _scaled(path, values, about, scale, requested)
+        return _scale_matrix(path, values, about, scale, requested)
     head, values, steps, trace = _read_table(path)
     if trace is not None:
         return text_files.read_trace(path, trace, requested)
@@ -343,7 +343,7 @@ def read_arrays(path: Path, name: str, requested: ReadOptions) -> Surface:
             return text_files.read_trace(path, trace, requested)
         _refuse_points(path, values)
         _refuse_list(path, values)
-    return _scaled(path, values, provenance, scale, requested)
+    return _scale_matrix(path, values, provenance, scale, requested)
 
 
 def array_channels(path: Path, name: str) -> tuple[Channel, ...]:
@@ -385,7 +385,7 @@ def scale_array(
     return make_surface(path, values, metre, requested, provenance, stated)
 
 
-def _scaled(
+def _scale_matrix(
     path: Path,
     values: NDArray[Any],
     provenance: Provenance,
@@ -522,7 +522,7 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
                 row = _row(path, cells, number, delimiter, marks)
                 # Earlier fractions, before the first decimal comma, had decimal points.
                 if marks and not commas and any(z % 1 for z in values if not math.isnan(z)):
-                    raise _mixed(path, number)
+                    raise _mixed_separators(path, number)
                 if not first:
                     first, columns = number, len(row)
                 if len(row) != columns:
@@ -612,7 +612,7 @@ def _row(
                     "write finite numbers, and nan for missing points"
                 )
             if marks and "." in cell:
-                raise _mixed(path, number)
+                raise _mixed_separators(path, number)
         values.append(value)
     return values
 
@@ -634,7 +634,7 @@ def _parse_cell(
     )
 
 
-def _mixed(path: Path, number: int) -> FormatError:
+def _mixed_separators(path: Path, number: int) -> FormatError:
     return FormatError(
         f"{path.name} has decimal points and, by line {number}, decimal commas; write one of both"
     )

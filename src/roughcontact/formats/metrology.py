@@ -307,7 +307,7 @@ def _x3p_document(surface: Surface, checksum: str) -> str:
     </Axes>
   </Record1>
   <Record2>
-    <Date>{_acquired(surface) or now}</Date>
+    <Date>{_time_of_measurement(surface) or now}</Date>
     <Instrument>
       <Manufacturer>unknown</Manufacturer>
       <Model>{_xml(about.instrument) or "unknown"}</Model>
@@ -339,7 +339,7 @@ def _x3p_document(surface: Surface, checksum: str) -> str:
 """
 
 
-def _acquired(surface: Surface) -> str:
+def _time_of_measurement(surface: Surface) -> str:
     """Return the time of measurement from the file; empty if not given."""
     origin = surface.provenance.origin
     return "" if origin is None else str(origin.found.get("acquired", ""))

@@ -82,7 +82,7 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
     margin = result.bodies[0].margin
     x = np.arange(-margin, nx + margin + 1) * dx
     y = np.arange(-margin, ny + margin + 1) * dy
-    z, cells = _stacked(result)
+    z, cells = _stack_layers(result)
     axes = [
         _VtkArray.from_values(name, values, "m")
         for name, values in zip("xyz", (x, y, z), strict=True)
@@ -113,7 +113,7 @@ class _Layer(NamedTuple):
         return getattr(self.body, name)[self.number]
 
 
-def _stacked(result: ElastoplasticResult) -> tuple[NDArray[np.float64], list[_Layer]]:
+def _stack_layers(result: ElastoplasticResult) -> tuple[NDArray[np.float64], list[_Layer]]:
     """Return the faces [m] and the layers of all bodies that yield, from the lowest up."""
     pair = result.solution.material, result.solution.counter_material
     sides = [

@@ -488,7 +488,7 @@ class Coatings:
         # Waves that the pixels alias; their signs alternate.
         folded = np.zeros_like(symbol)
         thinnest = min(body.coating[0].thickness for body in self.bodies)
-        for turn, weight in enumerate(_alternating(_TERMS), 1):
+        for turn, weight in enumerate(_alternating_weights(_TERMS), 1):
             if (2 * turn - 1) * math.pi * thinnest > _DEAD / 2 * width:
                 break
             for side in (-1, 1):
@@ -523,7 +523,7 @@ def _row_means(table: Table, offsets: int, width: float) -> Array:
     return means
 
 
-def _alternating(terms: int) -> list[float]:
+def _alternating_weights(terms: int) -> list[float]:
     """Return weights of the first terms of an alternating series for the sum of all terms.
 
     Cohen, Rodriguez Villegas and Zagier, Exp. Math. 9 (2000) 3: an error of 5.8 to the -terms.

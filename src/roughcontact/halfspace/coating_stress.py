@@ -145,7 +145,7 @@ def field_of(
             return result
 
         symbols = Symbols((period[0] // 2, period[1] // 2), block)
-        return _prestressed(responses, material, depth, unit), symbols
+        return _add_residual(responses, material, depth, unit), symbols
 
     return Field(unit, shape, responses.real, in_depth)
 
@@ -167,7 +167,7 @@ def _pixel_factor(waves: Array, edge: float) -> Array:
     return np.sinc(waves * edge / (2 * math.pi))
 
 
-def _prestressed(responses: Responses, material: Material, depth: float, unit: float) -> Streams:
+def _add_residual(responses: Responses, material: Material, depth: float, unit: float) -> Streams:
     """Return responses to a pressure, plus the residual stress of the layer at a depth."""
     part = part_of(material, depth)
     residual = material.coating[part].residual_stress if part < len(material.coating) else 0.0

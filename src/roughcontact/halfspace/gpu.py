@@ -165,7 +165,7 @@ class DeviceConvolution(Convolution):
         """Return the displacement of the loaded pixels, selected on the device."""
         spectra = self._convolve(support, pressure)
         displacement = np.empty(support.index.size)
-        for numbers, part, positions in self._loaded(support):
+        for numbers, part, positions in self._loaded_blocks(support):
             rows = self._displaced_rows(spectra, numbers)
             displacement[part] = rows.view(-1)[positions].cpu().numpy()
         return displacement
@@ -179,7 +179,7 @@ class DeviceConvolution(Convolution):
     def _rows_of(self, numbers: range) -> slice:
         return slice(self._blocks[numbers[0]].start, self._blocks[numbers[-1]].stop)
 
-    def _loaded(self, support: Support) -> Iterator[tuple[range, slice, Any]]:
+    def _loaded_blocks(self, support: Support) -> Iterator[tuple[range, slice, Any]]:
         """Yield blocks with load, their entries, and the positions of these in the block."""
         for numbers in self._chunks:
             part = slice(support.starts[numbers[0]], support.starts[numbers[-1] + 1])
@@ -193,7 +193,7 @@ class DeviceConvolution(Convolution):
         real, complex_type = self._types
         values = self._upload(pressure) * (self.softness / (my * mx))
         spectra = torch.zeros(self._rows, dtype=complex_type, device=self._device)
-        for numbers, part, positions in self._loaded(support):
+        for numbers, part, positions in self._loaded_blocks(support):
             rows = self._rows_of(numbers)
             padded = torch.zeros((rows.stop - rows.start, mx), dtype=real, device=self._device)
             padded.view(-1)[positions] = values[part].to(real)

@@ -686,7 +686,7 @@ class PeriodicHalfSpace:
             Traction on the surface along x and y, per pressure.
         """
         load, loaded = self._pressure_spectrum(pressure)
-        pulled = self._pulled(load, pull) if loaded and any(pull) else None
+        pulled = self._traction_factors(load, pull) if loaded and any(pull) else None
         cosine, sine, cosine2, sine2 = self._turns
         # Unit pressure gives zz, 11 - 22 and 13 (times i) in the frame of its wave vector.
         turned = [(0, load)]
@@ -704,7 +704,7 @@ class PeriodicHalfSpace:
                 number, wave = turned[component]
                 self._add(parts, self._elastic[layer, number], wave)
             if pulled is not None:
-                for table, wave in zip(self._fading(layer), pulled[component], strict=True):
+                for table, wave in zip(self._averages(layer), pulled[component], strict=True):
                     self._add(parts, table, wave)
             return parts
 
@@ -753,8 +753,8 @@ class PeriodicHalfSpace:
         along[:, 0, 0] = 0
         return along
 
-    def _pulled(self, load: Array, pull: Pull) -> list[tuple[Array, Array]]:
-        """Return the factors of the tables of `_fading`, for each component of the stress.
+    def _traction_factors(self, load: Array, pull: Pull) -> list[tuple[Array, Array]]:
+        """Return the factors of the tables of `_averages`, for each component of the stress.
 
         A wave of traction T₁ along its vector and T₂ across it gives (Airy's function z e^(-qz))::
 
@@ -796,10 +796,10 @@ class PeriodicHalfSpace:
                     # Only a shear stress.
                     factor[0, 0] = -share if part is of_flat and component == 3 + axis else 0
                     total[component] += waves * factor
-        flat[..., 0, 0] /= self._fading(0)[0][0, 0]
+        flat[..., 0, 0] /= self._averages(0)[0][0, 0]
         return list(zip(flat, bent, strict=True))
 
-    def _fading(self, layer: int) -> tuple[Array, Array]:
+    def _averages(self, layer: int) -> tuple[Array, Array]:
         """Return averages over a layer of e^(-qz) and qz e^(-qz); zero at the corner."""
         table = self._elastic[layer]
         return table[3] / self.real(-2 / 3 * (1 + self.body.poisson)), -table[2]

@@ -138,14 +138,14 @@ class Images:
         """Reset the strain."""
         self._parts[...] = 0
 
-    def _restricted(self, values: Array) -> Array:
+    def _restrict(self, values: Array) -> Array:
         halfway = self._down_y @ values
         return (self._down_x @ halfway.T).T
 
     def add_layer_strain(self, layer: int, strain: Array) -> None:
         """Restrict the strain of one layer to the coarse cells."""
         for component, values in enumerate(strain):
-            self._parts[layer, component] = self._restricted(values)
+            self._parts[layer, component] = self._restrict(values)
 
     def displacement(self, *, trace: bool) -> Array:
         """Return the correction of the displacement by the restricted strain."""
@@ -162,11 +162,11 @@ class Images:
 
         far = self._far.displacement(fill, trace=trace)
         far -= self._near.displacement(fill, trace=trace)
-        return self._prolonged(far.astype(self._fine.real))
+        return self._prolong(far.astype(self._fine.real))
 
     def stress(self, pressure: Array, pull: Pull) -> None:
         """Compute the correction of the stress on the coarse layers."""
-        coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
+        coarse = self._restrict(pressure.astype(self._fine.real)) * self._scale
         self._far.stress(coarse, lambda layer, values: np.copyto(self._stress[layer], values), pull)
 
         def subtract(layer: int, values: Array) -> None:
@@ -176,7 +176,7 @@ class Images:
 
     def mean_stress(self, pressure: Array, pull: Pull) -> None:
         """Compute the correction of the mean stress on the coarse layers."""
-        coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
+        coarse = self._restrict(pressure.astype(self._fine.real)) * self._scale
         first = self._stress[:, 0]
         self._far.mean_stress(coarse, lambda layer, values: np.copyto(first[layer], values), pull)
 
@@ -190,9 +190,9 @@ class Images:
         weights = self._up_z[layer]
         near = np.flatnonzero(weights)
         coarse = np.einsum("z,zyx->yx", weights[near], self._stress[near, component])
-        return self._prolonged(coarse.astype(self._fine.real))
+        return self._prolong(coarse.astype(self._fine.real))
 
-    def _prolonged(self, coarse: Array) -> Array:
+    def _prolong(self, coarse: Array) -> Array:
         halfway = self._up_y @ coarse
         return (self._up_x @ halfway.T).T
 

@@ -430,7 +430,7 @@ def field_of(
         if not far:
             far.append(responses(_blending_period(shape)))
         sample = partial(blended, partial(loads.sample_points, depth), terms, shape, far[0].padded)
-        return far[0], _spread(far[0].sampled(sample, every), pixel, far[0].padded)
+        return far[0], _spread_forces(far[0].sampled(sample, every), pixel, far[0].padded)
 
     return Field(unit, shape, near.real, free)
 
@@ -548,7 +548,7 @@ def unit_loads(pixel: Pixel, poisson: float) -> UnitLoads:
     return UnitLoads(pixel, poisson, ())
 
 
-def _spread(symbols: Symbols, pixel: Pixel, period: Shape) -> Symbols:
+def _spread_forces(symbols: Symbols, pixel: Pixel, period: Shape) -> Symbols:
     """Return the symbols of forces spread over pixels, exact in the wave vector."""
     wave_y, wave_x = (
         edge * np.sinc(np.arange(highest + 1) / length)

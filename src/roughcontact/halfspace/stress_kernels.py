@@ -358,13 +358,13 @@ def waves(
     for number in (XX, YY):
         result[number][q == 0] = -poisson / (1 - poisson)
     for axis, share in pulls:
-        result += [share * part for part in _pulled(axis, c, s, qz, poisson)]
+        result += [share * part for part in _amplitudes(axis, c, s, qz, poisson)]
     for part in result:
         part *= damping
     return result
 
 
-def _pulled(axis: str, c: Array, s: Array, qz: Array, poisson: float) -> tuple[Array, ...]:
+def _amplitudes(axis: str, c: Array, s: Array, qz: Array, poisson: float) -> tuple[Array, ...]:
     """Return the amplitudes of `waves` for a unit traction along an axis, without damping."""
     # Direction cosines along the traction and across it.
     m, n = (c, s) if axis == "x" else (s, c)

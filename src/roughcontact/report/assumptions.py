@@ -130,7 +130,7 @@ def _periodic(case: Case) -> bool:
     return bool(case.boundary.periodic_axes) and not ends
 
 
-def _ceiling(case: Case) -> str:
+def _ceiling_text(case: Case) -> str:
     if not case.reached:
         return "no point reaches it"
     body = softer_material(*case.bodies)
@@ -159,7 +159,7 @@ def _grid(case: Case) -> str:
     return f"half of the load is on {what} of {count_noun(pixels, 'pixel')} or more"
 
 
-def _missing(case: Case) -> str:
+def _holes(case: Case) -> str:
     text = []
     if case.contact is not None and (gone := int(np.count_nonzero(np.isnan(case.contact.gap)))):
         share = format_percent(gone / case.contact.gap.size)
@@ -230,7 +230,7 @@ ASSUMPTIONS = (
     Assumption("Small strains", _plastic_strain, f"either is above {LARGE_STRAIN:g}", _yields),
     Assumption(
         "Ceiling for plastic flow",
-        _ceiling,
+        _ceiling_text,
         "residual stress, pile-up or many passes matter",
         lambda case: case.ceiling is not None and not _yields(case),
     ),
@@ -269,7 +269,7 @@ ASSUMPTIONS = (
         _counter_body,
     ),
     Assumption("Constant pressure on a pixel", _grid, "spots have fewer than 10 pixels"),
-    Assumption("Missing points", _missing, "they are on summits", lambda c: bool(_missing(c))),
+    Assumption("Missing points", _holes, "they are on summits", lambda c: bool(_holes(c))),
     Assumption(
         "One slow loading",
         "applied once",

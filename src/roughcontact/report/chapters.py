@@ -165,12 +165,12 @@ def script_blocks(version: str, command: str, script: str, what: str) -> list[Bl
     blocks = [Block("code", command)] if command else []
     if not command and script:
         blocks = [Block("text", f"This script solves {what}:"), Block("code", script)]
-    versions = ", ".join(f"{name} {_installed(name)}" for name in _LIBRARIES)
+    versions = ", ".join(f"{name} {_installed_version(name)}" for name in _LIBRARIES)
     solved = f"roughcontact {version or __version__}"
     return [*blocks, Block("small", f"{solved}, {versions}. The same input gives the same digits.")]
 
 
-def _installed(name: str) -> str:
+def _installed_version(name: str) -> str:
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:

@@ -385,7 +385,7 @@ def _displacement(scene: VolumeScene) -> str:
     return f"{text} The line is the contact edge." if scene.loaded else text
 
 
-def _cut(along: str) -> Illustration:
+def _section_figure(along: str) -> Illustration:
     title = f"Section along {along} through the largest plastic strain"
     return Illustration(
         f"section-{along}",
@@ -402,7 +402,7 @@ def _cut(along: str) -> Illustration:
     )
 
 
-_CUT = _cut("x")
+_CUT = _section_figure("x")
 
 SECTION = replace(_CUT, name="", chapter=FRONT, draw=lambda scene: _CUT.draw(scene.close()))
 """Section of an elastoplastic body, as a close-up if the plastic zone is small."""
@@ -421,7 +421,7 @@ VOLUME = (
     replace(_contact_figure("gap"), chapter=FILES),
     _pressure_figure("histogram"),
     _CUT,
-    _cut("y"),
+    _section_figure("y"),
     Illustration(
         "profile",
         lambda scene: elastoplastic.profile(scene.result, body=scene.body),

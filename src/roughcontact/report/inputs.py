@@ -53,7 +53,7 @@ def _range(surface: Surface) -> str:
     return f"{first} to {last}, range {depth}"
 
 
-def _missing(surface: Surface) -> str:
+def _missing_text(surface: Surface) -> str:
     points, left = math.prod(surface.shape), "none"
     if surface.missing:
         left = f"{surface.missing} ({format_percent(surface.missing / points)})"
@@ -84,7 +84,7 @@ SURFACE = (
         text=_range,
     ),
     Quantity("height_max", "[m]", of=lambda s: float(np.nanmax(s.heights))),
-    Quantity("missing", "missing points", of=lambda s: s.missing, brief=False, text=_missing),
+    Quantity("missing", "missing points", of=lambda s: s.missing, brief=False, text=_missing_text),
 )
 """Quantities of a `Surface`."""
 

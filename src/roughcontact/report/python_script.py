@@ -141,7 +141,7 @@ class _Script:
         if result.ceiling is None:
             return "None"
         if result.calibration is not None:
-            return _quoted(CALIBRATED)
+            return _quote(CALIBRATED)
         if not isinstance(result.ceiling, np.ndarray):
             return _number(result.ceiling)
         self.comment("One ceiling per point, from the file of the result.")
@@ -296,7 +296,7 @@ def _materials(result: ContactResult) -> dict[str, Material]:
     return {name: body for name, body in materials.items() if body != RIGID}
 
 
-def _created(value: Material | Layer, *absent: str) -> str:
+def _creation_call(value: Material | Layer, *absent: str) -> str:
     """Return the call that creates a material or a layer, with all values but the defaults."""
     words = [
         f"{item.name}={_value(getattr(value, item.name))}"
@@ -308,15 +308,15 @@ def _created(value: Material | Layer, *absent: str) -> str:
 
 def _material(body: Material) -> str:
     # A hardening law includes the yield strength.
-    return _created(body, *(["yield_strength"] if body.hardening is not None else []))
+    return _creation_call(body, *(["yield_strength"] if body.hardening is not None else []))
 
 
 def _value(value: Any) -> str:
     if isinstance(value, float):
         return 'float("inf")' if math.isinf(value) else _number(value)
     if isinstance(value, tuple):
-        return f"[{', '.join(map(_created, value))}]"
-    return _quoted(value) if isinstance(value, str) else repr(value)
+        return f"[{', '.join(map(_creation_call, value))}]"
+    return _quote(value) if isinstance(value, str) else repr(value)
 
 
 def _number(value: float) -> str:
@@ -331,12 +331,12 @@ def _keyword_arguments(specified: Mapping[str, Any]) -> list[str]:
 
 def _literal(value: Any) -> str:
     if isinstance(value, str):
-        return _quoted(value)
+        return _quote(value)
     if isinstance(value, tuple):
         return f"({', '.join(map(_literal, value))}{',' if len(value) == 1 else ''})"
     return repr(value)
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     plain = text.isprintable() and '"' not in text and "\\" not in text
     return f'"{text}"' if plain else repr(text)

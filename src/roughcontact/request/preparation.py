@@ -38,7 +38,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         if str(path) in request.names:
             known = surface.provenance.known_as(Path(request.names[str(path)]).name)
             surface = replace(surface, provenance=known)
-        maps.append(_prepared(request, requested, surface, path))
+        maps.append(_prepare(request, requested, surface, path))
     if request.file is None:
         points = requested.needed(options.POINTS)
         request.require_memory(points)
@@ -88,7 +88,7 @@ def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caut
     )
 
 
-def _prepared(request: Request, requested: OptionValues, surface: Surface, path: Path) -> Surface:
+def _prepare(request: Request, requested: OptionValues, surface: Surface, path: Path) -> Surface:
     # First outliers, then form, then waves: each step requires the correction of the previous one.
     form, holes = requested[options.FORM], requested[options.MISSING]
     level, pixel = requested[options.LEVEL], requested[options.PIXEL]
@@ -140,10 +140,10 @@ def _prepared(request: Request, requested: OptionValues, surface: Surface, path:
         if min(ny, nx) > 0:
             request.require_memory((ny, nx))
         surface = surface.resampled(pixel=(pixel, pixel), method="spline")
-    return _oriented(requested, surface)
+    return _orient(requested, surface)
 
 
-def _oriented(requested: OptionValues, surface: Surface) -> Surface:
+def _orient(requested: OptionValues, surface: Surface) -> Surface:
     axis, turn = requested[options.FLIP], requested[options.ROTATE]
     if axis is not None:
         surface = surface.flipped(axis)

@@ -146,7 +146,7 @@ def _numbers(outcome: Any) -> dict[str, Any]:
     return outcome.result.summary()
 
 
-def _nothing(_: Any) -> None:
+def _accept_all(_: Any) -> None:
     """Accept every request."""
 
 
@@ -156,7 +156,7 @@ class Task(Command):
 
     run: Callable[[Any, Any], Any]  # `run(request, work)` returns the `Outcome`
     rules: tuple[Rule, ...] = ()  # Rules between its options
-    check: Callable[[Any], object] = _nothing
+    check: Callable[[Any], object] = _accept_all
     record: Callable[[Any], dict[str, Any]] = _numbers
     last: Callable[[Any], dict[str, Any]] | None = None
     held: int | str = 0  # Maps in memory in addition to the contact, or place of their number

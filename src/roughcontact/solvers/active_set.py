@@ -101,13 +101,13 @@ class Evaluator:
         pressure = remove_rounding(pressure, self.limit(index))
         index, pressure = select_entries(pressure > 0, index, pressure)
         if self._distance > self._far:
-            seen = self._evaluated(self.rough, index, pressure)
+            seen = self._evaluate(self.rough, index, pressure)
             blurred = seen.floor > _BLURRED * seen.certificate
             self._distance = 0.0 if blurred else seen.certificate
             if seen.certificate > self.tolerance and not blurred:
                 self.seen = seen
                 return seen
-        self.seen = self._evaluated(self.operator, index, pressure)
+        self.seen = self._evaluate(self.operator, index, pressure)
         self._distance = 0.0
         return self.seen
 
@@ -118,9 +118,9 @@ class Evaluator:
         self._distance = 0.0
         return self.evaluate(now.index, now.pressure)
 
-    def _evaluated(self, operator: Operator, index: NDArray[np.int64], pressure: Array) -> Iterate:
+    def _evaluate(self, operator: Operator, index: NDArray[np.int64], pressure: Array) -> Iterate:
         total = self.problem.total
-        starts = self._displaced(operator, index, pressure)
+        starts = self._displace(operator, index, pressure)
         approach = self.problem.approach or 0.0
         if total is not None:
             # More pixels can only lower the approach that carries the load: this is a bound.
@@ -145,7 +145,7 @@ class Evaluator:
             tilt=(float(self._tilt[0]), float(self._tilt[1])),
         )
 
-    def _displaced(
+    def _displace(
         self, operator: Operator, index: NDArray[np.int64], pressure: Array
     ) -> NDArray[np.int64]:
         """Store displacement plus initial gap of the map; return the starts of the row blocks."""
@@ -176,7 +176,7 @@ class Evaluator:
         leaving = total < carried * (1 - _MIN_LOAD_SHARE) and (pressure >= limit).any()
         if not leaving and np.broadcast_to(limit, index.shape).sum() > total:
             return index, pressure * (total / carried)
-        starts = self._displaced(self.rough, index, pressure)
+        starts = self._displace(self.rough, index, pressure)
         approach = self._deep_enough(total)
         index, pressure = self._add_penetrating(self.rough, index, pressure, starts, approach)
         target = self.displacement_plus_gap(index)
@@ -418,7 +418,7 @@ def _solve_free(now: Iterate, viewer: Evaluator, *, bounded: bool = True) -> _Fr
         return None
     # In place where possible: in full contact every array is as large as the map.
     limit = bound[free] if isinstance(bound, np.ndarray) else bound
-    centred = _centering(viewer, now.index[free])
+    centred = _centering_function(viewer, now.index[free])
     x = pressure[free]
     residual = gap[free]
     np.negative(residual, out=residual)
@@ -475,7 +475,7 @@ def _remove_mean(values: Array) -> Array:
     return values
 
 
-def _centering(viewer: Evaluator, index: NDArray[np.int64]) -> Callable[[Array], Array]:
+def _centering_function(viewer: Evaluator, index: NDArray[np.int64]) -> Callable[[Array], Array]:
     """Return a function that subtracts the parts of approach and tilt on some pixels."""
     if viewer.problem.total is None:
         return lambda values: values
@@ -524,7 +524,7 @@ def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> Array:
     total = viewer.problem.total
     free, x, limit, block = result
     if block is not None:
-        x = _kept_by_block(x, limit, block)
+        x = _clip_by_block(x, limit, block)
     moved = now.pressure.copy()
     if total is None:
         moved[free] = np.clip(x, 0, limit)
@@ -541,7 +541,7 @@ def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> Array:
     return now.pressure if kept is None else kept
 
 
-def _kept_by_block(x: Array, limit: Limit, block: NDArray[np.int64]) -> Array:
+def _clip_by_block(x: Array, limit: Limit, block: NDArray[np.int64]) -> Array:
     """Return the nearest values within the bounds that keep the force of each block.
 
     Approximate: if a force displaces the surface much more when moved far away than when moved

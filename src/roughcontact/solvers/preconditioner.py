@@ -125,7 +125,7 @@ class FreePixelInverse:
             force = np.bincount(block, weight * displacement, minlength=number)
             # Mean displacement weighted by M; without contact when D was made, M is unchanged.
             common = yielding * force
-            common -= yielding * forces_on_blocks(self._displaced, common, own, itself)
+            common -= yielding * forces_on_blocks(self._displacement, common, own, itself)
             shared: Array = common[block]
             shared *= weight
             pressure -= shared
@@ -139,7 +139,7 @@ class FreePixelInverse:
             return None
         return block_of(index, self._wrapped.shape[1], self._edges, self._blocks.shape[1])
 
-    def _displaced(self, force: Array) -> Array:
+    def _displacement(self, force: Array) -> Array:
         """Return C times the forces on the blocks."""
         assert self._blocks is not None
         if self._coupling is not None:

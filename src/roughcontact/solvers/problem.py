@@ -342,12 +342,12 @@ def _balance(values: Array, limit: Limit, rows: Array, rest: Array) -> tuple[Arr
     for _ in range(_MAX_PASSES):
         kept += shift
         # If the values are much larger than the sums, a shift is resolved only after a first one.
-        values = values + _combined(rows, shift)
+        values = values + _combine(rows, shift)
         shift, error = _balance_multipliers(values, limit, rows, rest, np.zeros(3))
         if error <= enough:
             break
     kept += shift
-    result = np.clip(values + _combined(rows, shift), 0, limit)
+    result = np.clip(values + _combine(rows, shift), 0, limit)
     return (result if error <= enough else None), kept
 
 
@@ -357,7 +357,7 @@ def _balance_multipliers(
     """Return the multipliers of `shift_to_balance` by Newton's method, and their error."""
     best, least, fruitless = shift, math.inf, 0
     while fruitless < _MOST_FRUITLESS:
-        moved = values + _combined(rows, shift)
+        moved = values + _combine(rows, shift)
         clipped = np.clip(moved, 0, limit)
         error = np.array([dot(row, clipped) for row in rows]) - rest
         size = float(np.abs(error).max())
@@ -372,14 +372,14 @@ def _balance_multipliers(
         # A smaller slope is not resolved, and there may be no free entry.
         slope[np.diag_indices(3)] += _FLATTEST * max(float(np.trace(slope)), 1.0)
         step = -np.linalg.solve(slope, error)
-        length = _length(float(step @ error), moved, _combined(rows, step), limit)
+        length = _length(float(step @ error), moved, _combine(rows, step), limit)
         if not length < math.inf:
             break
         shift = shift + length * step
     return best, least
 
 
-def _combined(rows: Array, factors: Array) -> Array:
+def _combine(rows: Array, factors: Array) -> Array:
     result: Array = factors[0] * rows[0]
     result += factors[1] * rows[1]
     result += factors[2] * rows[2]

@@ -178,7 +178,7 @@ def fill_missing(heights: Array, pixel: Pixel, maximum: float = 1.0) -> Array:
     offset = 0.5 * (float(low.min()) + float(high.max()))
     right -= offset * np.asarray(matrix.sum(axis=1)).ravel()
     if matrix.shape[0] <= _DIRECT_LIMIT:
-        solution = np.asarray(_factorised(matrix).solve(right))
+        solution = np.asarray(_factorize(matrix).solve(right))
     else:
         solution = _solve_iteratively(matrix, right, missing)
     filled[missing] = np.clip(solution + offset, low, high)
@@ -275,7 +275,7 @@ def _multigrid(
         levels.append((matrix, damping, interpolation))
         matrix = sparse.csr_array(interpolation.T @ matrix @ interpolation)
         row, column = squares // width, squares % width
-    coarsest = _factorised(matrix)
+    coarsest = _factorize(matrix)
 
     def cycle(residual: Array, depth: int = 0) -> Array:
         if depth == len(levels):
@@ -292,7 +292,7 @@ def _multigrid(
     return cycle
 
 
-def _factorised(matrix: sparse.csr_array) -> SuperLU:
+def _factorize(matrix: sparse.csr_array) -> SuperLU:
     from scipy.sparse.linalg import splu
 
     return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})

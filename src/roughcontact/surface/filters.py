@@ -50,7 +50,7 @@ def gaussian_lowpass(heights: Array, pixel: Pixel, cutoff: float) -> Array:
     require_pixel(pixel)
     heights = np.asarray(heights, dtype=np.float64)
     _check_cutoff(heights.shape, pixel, cutoff)
-    return _smoothed(heights, (cutoff / pixel[0], cutoff / pixel[1]))
+    return _smooth(heights, (cutoff / pixel[0], cutoff / pixel[1]))
 
 
 def along_axes(heights: Array, cutoffs: tuple[float, float]) -> Array:
@@ -58,7 +58,7 @@ def along_axes(heights: Array, cutoffs: tuple[float, float]) -> Array:
     for cutoff in cutoffs:
         if not (cutoff == 0 or 2 * (1 - 1e-12) <= cutoff < math.inf):
             raise input_error("cutoffs", cutoffs, "must be 0 or at least two pixels")
-    return _smoothed(np.asarray(heights, dtype=np.float64), cutoffs)
+    return _smooth(np.asarray(heights, dtype=np.float64), cutoffs)
 
 
 def gaussian_band(
@@ -126,7 +126,7 @@ def _checked_shape(shape: Shape, line: bool) -> tuple[int, int]:
     return int(pair[0]), int(pair[1])
 
 
-def _smoothed(heights: Array, cutoffs: tuple[float, float]) -> Array:
+def _smooth(heights: Array, cutoffs: tuple[float, float]) -> Array:
     """Return the normalized convolution along both axes; cut-offs in pixels, 0 for none."""
     kernels = {
         axis: _weights(heights.shape[axis], cutoff)

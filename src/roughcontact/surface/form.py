@@ -89,7 +89,7 @@ def _legendre(length: int, box: tuple[int, int], degree: int) -> Array:
     return np.asarray(np.polynomial.legendre.legvander(np.clip(t, -1, 1), degree), dtype=np.float64)
 
 
-def _weighted(heights: Array, block: slice, weights: Array | None) -> Array:
+def _point_weights(heights: Array, block: slice, weights: Array | None) -> Array:
     there = np.isfinite(heights[block])
     return there.astype(np.float64) if weights is None else np.where(there, weights[block], 0.0)
 
@@ -103,7 +103,7 @@ def _gram(
     pairs_x = (basis_x[:, None] * basis_x).reshape(count**2, -1)
     sums = np.zeros((count**2, count**2))
     for block in grid.row_blocks(heights.shape):
-        sums += _projected(_weighted(heights, block, weights), pairs_y[block], pairs_x)
+        sums += _project(_point_weights(heights, block, weights), pairs_y[block], pairs_x)
     b, i = np.array(terms).T
     return sums.reshape((count,) * 4)[b[:, None], b, i[:, None], i]
 
@@ -115,8 +115,8 @@ def _moments(
     for block in grid.row_blocks(heights.shape):
         there = np.where(np.isfinite(heights[block]), heights[block], 0.0)
         if weights is not None:
-            there *= _weighted(heights, block, weights)
-        sums += _projected(there, basis_y[block], basis_x)
+            there *= _point_weights(heights, block, weights)
+        sums += _project(there, basis_y[block], basis_x)
     return sums[tuple(np.array(terms).T)]
 
 
@@ -132,7 +132,7 @@ def _inverse(matrix: Array) -> Array:
     return -swept
 
 
-def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
+def _project(values: Array, along_y: Array, along_x: Array) -> Array:
     """Return the sums of products of a map with functions of y (columns) and x (rows)."""
     rows = np.einsum("by,yx->bx", np.ascontiguousarray(along_y.T), values)
     return np.einsum("bx,ix->bi", rows, along_x)

@@ -259,11 +259,11 @@ def generate(
     )
     _check(requested, edges)
     if requested.turning is None:
-        heights, spectrum = _translated(shape, edges, requested)
+        heights, spectrum = _generate_map(shape, edges, requested)
         heights *= requested.Sq / rms_height(heights)
     else:
         grooves = turned_heights(shape, edges, requested.turning[0], requested.turning[1], lay)
-        heights, spectrum = _translated(shape, edges, requested)
+        heights, spectrum = _generate_map(shape, edges, requested)
         heights = combine_with_grooves(grooves, heights, requested.Sq)
     return _surface(heights, edges, requested, spectrum)
 
@@ -343,7 +343,7 @@ def _check(requested: _Request, pixel: Pixel) -> None:
     height_distribution.require(*requested.moments, 1 if requested.honing is None else 2)
 
 
-def _translated(shape: Shape, pixel: Pixel, requested: _Request) -> tuple[Array, Spectrum]:
+def _generate_map(shape: Shape, pixel: Pixel, requested: _Request) -> tuple[Array, Spectrum]:
     """Return a map of zero mean with the requested spectrum, moments and texture."""
     cutoff = requested.cutoff(pixel)
     start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * cutoff)
@@ -364,7 +364,7 @@ def _translated(shape: Shape, pixel: Pixel, requested: _Request) -> tuple[Array,
     for _ in range(_ROUNDS):
         amplitudes = _families(spectrum, requested.honing)
         heights, state = _impose_moments(shape, amplitudes, state, requested.moments)
-        corrected = _corrected(spectrum, requested, heights)
+        corrected = _correct_spectrum(spectrum, requested, heights)
         if corrected == spectrum:
             break
         spectrum = corrected
@@ -385,7 +385,7 @@ def _with_gradient(spectrum: Spectrum, requested: _Request) -> Spectrum:
     return with_gradient(spectrum, sought, requested.Sdq, requested.Sq)
 
 
-def _corrected(spectrum: Spectrum, requested: _Request, heights: Array) -> Spectrum:
+def _correct_spectrum(spectrum: Spectrum, requested: _Request, heights: Array) -> Spectrum:
     """Return a spectrum corrected for measured Sal and Str, or the same if they are close."""
     if requested.Sal is None and requested.ratio is None:
         return spectrum

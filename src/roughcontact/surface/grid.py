@@ -35,7 +35,7 @@ def check_grid(heights: ArrayLike, pixel: Any) -> tuple[NDArray[np.float64], tup
     else:
         edges = _edges(pixel)
     _require_grid(array, edges)
-    copy = _locked(array)
+    copy = _lock(array)
     infinite = int(np.count_nonzero(np.isinf(copy)))
     if infinite:
         raise InputError(
@@ -90,7 +90,7 @@ def _require_grid(array: NDArray[Any], edges: tuple[float, float]) -> None:
         )
 
 
-def _locked(array: NDArray[Any]) -> NDArray[np.float64]:
+def _lock(array: NDArray[Any]) -> NDArray[np.float64]:
     # A locked array that owns its data is not copied, as maps may have gigabytes.
     if (
         array.dtype == np.float64

@@ -242,7 +242,7 @@ def _body(specified: _Said, result: _Said) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _generated(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _describe_generated(specified: _Said, result: _Said) -> tuple[str, ...]:
     words = [f"Sq {format_engineering(specified['Sq'], 'm')}"]
     for name, text in (("Sal", "Sal"), ("rolloff_wavelength", "roll-off")):
         if specified[name] is not None:
@@ -264,7 +264,7 @@ def _generated(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"generated: {', '.join(words)}; random phases of {source}",)
 
 
-def _leveled(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _describe_leveled(specified: _Said, result: _Said) -> tuple[str, ...]:
     form, points = specified["form"], specified["points"]
     if points is not None:
         what = f"plane through the points {', '.join(f'({int(y)}, {int(x)})' for y, x in points)}"
@@ -292,11 +292,11 @@ def _form_notes(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"form removed: least-squares {what}",)
 
 
-def _rotated(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _describe_rotated(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"rotated: {specified['angle'] % 360:g} degrees counter-clockwise, row 0 on top",)
 
 
-def _resampled(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _describe_resampled(specified: _Said, result: _Said) -> tuple[str, ...]:
     by_waves = specified["method"] == "bandlimited"
     how = "band-limited, taken as periodic" if by_waves else "by a cubic spline"
     (old_y, old_x), (ny, nx), (dy, dx) = result["from"], result["to"], result["pixel"]
@@ -306,7 +306,7 @@ def _resampled(specified: _Said, result: _Said) -> tuple[str, ...]:
     )
 
 
-def _filtered(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _describe_filtered(specified: _Said, result: _Said) -> tuple[str, ...]:
     parts = [
         f"{name.upper()}-filter at {format_engineering(specified[name], 'm', _DIGITS)}"
         for name in ("s", "l")
@@ -315,7 +315,7 @@ def _filtered(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"filtered: Gaussian {' and '.join(parts)} (ISO 16610-61, edges of order zero)",)
 
 
-def _aligned(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _describe_aligned(specified: _Said, result: _Said) -> tuple[str, ...]:
     words = []
     if specified["mirrored"]:
         words.append("mirrored in x")
@@ -338,7 +338,7 @@ def _aligned(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"aligned: {', '.join(words)}{after} {onto}{off}",)
 
 
-def _indented(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _describe_indented(specified: _Said, result: _Said) -> tuple[str, ...]:
     depth = format_engineering(result["depth"], "m", _DIGITS)
     return (f"indented: by up to {depth} where the ceiling was reached",)
 
@@ -348,7 +348,7 @@ _PART = "rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
 _ORIGINS: dict[str, _Words] = {
     "Surface": "",
     "reference_map": "",
-    "generate": _generated,
+    "generate": _describe_generated,
     "read_surface": _reading_notes,
     "nominal.flat": "",
     **{f"nominal.{name}": _body for name in ("sphere", "ellipsoid", "cylinder", "cone", "wedge")},
@@ -358,7 +358,7 @@ _ORIGINS: dict[str, _Words] = {
 _WORDS: dict[str, _Words] = {
     **_ORIGINS,
     NOTE: "{text}",
-    "leveled": _leveled,
+    "leveled": _describe_leveled,
     "without_form": _form_notes,
     "without_outliers": (
         "outliers removed: {points} points further than {limit:g} robust standard deviations from "
@@ -370,10 +370,10 @@ _WORDS: dict[str, _Words] = {
     "largest_rectangle": f"cropped to the largest rectangle without holes: {_PART}",
     "inverted": "inverted: heights times -1",
     "flipped": "flipped: {axis} reversed",
-    "rotated": _rotated,
-    "resampled": _resampled,
-    "filtered": _filtered,
+    "rotated": _describe_rotated,
+    "resampled": _describe_resampled,
+    "filtered": _describe_filtered,
     "with_form": lambda specified, result: (f"form added: {specified['form'].in_words()}",),
-    "aligned": _aligned,
-    "indented": _indented,
+    "aligned": _describe_aligned,
+    "indented": _describe_indented,
 }

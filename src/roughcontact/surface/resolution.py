@@ -151,7 +151,7 @@ def noise_cutoff(heights: Array, pixel: Pixel) -> float | None:
     if above.size == 0:
         return float(2 * math.pi / q[0])
     last = int(above[-1])
-    return _crossing(q[last : last + 2], C[last : last + 2], 2 * floor)
+    return _crossing_wavelength(q[last : last + 2], C[last : last + 2], 2 * floor)
 
 
 def noise_height(heights: Array, pixel: Pixel) -> float:
@@ -261,7 +261,7 @@ def _exponent(q: Array, C: Array) -> float:
     return float((x @ y) / (x @ x))
 
 
-def _crossing(q: Array, C: Array, value: float) -> float:
+def _crossing_wavelength(q: Array, C: Array, value: float) -> float:
     """Return the wavelength at which C falls to a value between two wave numbers."""
     if q.size < 2:
         return float(2 * math.pi / q[0])
@@ -288,7 +288,7 @@ def tip_limits(
     text = (
         f"{_below_limit(scale, pixel)} the map shows the tip (radius {radius}), not the surface. "
     )
-    return [Limit(LimitCause.TIP, scale, Sentence(text, *_filtered(scale)))]
+    return [Limit(LimitCause.TIP, scale, Sentence(text, *_filter_remedy(scale)))]
 
 
 def wave_limits(heights: Array, pixel: Pixel) -> list[Limit]:
@@ -305,7 +305,7 @@ def wave_limits(heights: Array, pixel: Pixel) -> list[Limit]:
             f"Waves {_below_limit(wave, pixel).lower()} are mostly noise: elastic contact area and "
             "pressure depend on them. "
         )
-        limits.append(Limit(LimitCause.NOISE, wave, Sentence(text, *_filtered(wave))))
+        limits.append(Limit(LimitCause.NOISE, wave, Sentence(text, *_filter_remedy(wave))))
     wave = smoothing_cutoff(part, pixel)
     if wave is not None:
         text = (
@@ -320,5 +320,5 @@ def _below_limit(length: float, pixel: Pixel) -> str:
     return f"Below {units.format_engineering(length, 'm', 3)} ({length / pixel[1]:.1f} pixels)"
 
 
-def _filtered(wave: float) -> tuple[Part, ...]:
+def _filter_remedy(wave: float) -> tuple[Part, ...]:
     return "Use ", ArgumentRef("s", units.format_engineering(wave, "m", 3)), "."

@@ -79,7 +79,7 @@ def sphere(y: Array, x: Array, radius: float) -> Array:
 def ellipsoid(y: Array, x: Array, radii: tuple[float, float], angle: float = 0.0) -> Array:
     """Return the heights ``-y²/(2R_y) - x²/(2R_x)`` of an ellipsoid; negative R is concave."""
     radius_y, radius_x = _pair("radii", radii, _require_radii)
-    along, across = _turned(y, x, angle)
+    along, across = _rotate_positions(y, x, angle)
     return -(across**2 / (2 * radius_y) + along**2 / (2 * radius_x))
 
 
@@ -87,7 +87,7 @@ def ellipsoid(y: Array, x: Array, radii: tuple[float, float], angle: float = 0.0
 def cylinder(y: Array, x: Array, radius: float, angle: float = 0.0) -> Array:
     """Return the heights ``(R² - d²)^(1/2) - R`` of a cylinder; negative R is a groove."""
     _require_radii(radius=radius)
-    return _arc(_turned(y, x, angle)[1] ** 2, radius)
+    return _arc(_rotate_positions(y, x, angle)[1] ** 2, radius)
 
 
 @_body
@@ -95,7 +95,7 @@ def punch(y: Array, x: Array, radius: float, edge_radius: float = 0.0) -> Array:
     """Return the heights of a flat-ended round punch."""
     require_positive(radius=radius)
     flat = radius - _checked_edge(edge_radius, radius)
-    return _rounded(np.hypot(y, x) - flat, edge_radius, radius)
+    return _round_edge(np.hypot(y, x) - flat, edge_radius, radius)
 
 
 @_body
@@ -107,7 +107,7 @@ def rectangular_punch(
     rho = _checked_edge(edge_radius, min(half_y, half_x))
     beyond_y, beyond_x = np.abs(y) - (half_y - rho), np.abs(x) - (half_x - rho)
     beyond = np.hypot(np.maximum(beyond_y, 0), np.maximum(beyond_x, 0))
-    return _rounded(beyond, edge_radius, max(half_y, half_x))
+    return _round_edge(beyond, edge_radius, max(half_y, half_x))
 
 
 @_body
@@ -121,7 +121,7 @@ def cone(y: Array, x: Array, slope: float) -> Array:
 def wedge(y: Array, x: Array, slope: float, angle: float = 0.0) -> Array:
     """Return the heights ``-m d`` of a symmetric wedge, d from its ridge."""
     require_positive(slope=slope)
-    return -slope * np.abs(_turned(y, x, angle)[1])
+    return -slope * np.abs(_rotate_positions(y, x, angle)[1])
 
 
 def wavy(shape: Shape, pixel: Pixel, amplitude: float, wavelength: float) -> Array:
@@ -163,7 +163,7 @@ def _from_center(
     return y[:, None], x
 
 
-def _turned(y: Array, x: Array, angle: float) -> tuple[Array, Array]:
+def _rotate_positions(y: Array, x: Array, angle: float) -> tuple[Array, Array]:
     # Positions along and across a direction at the angle from x, counter-clockwise: y points down.
     c, s = cosine_sine(angle)
     along: Array = c * x - s * y
@@ -207,7 +207,7 @@ def _arc(square: Array, radius: float) -> Array:
     return -square / (radius + root)
 
 
-def _rounded(beyond: Array, edge_radius: float, size: float) -> Array:
+def _round_edge(beyond: Array, edge_radius: float, size: float) -> Array:
     # Height over the distance from the flat; the slack accepts rounding on the outline.
     distance = np.maximum(beyond, 0)
     outside = distance > edge_radius + _SLACK * size

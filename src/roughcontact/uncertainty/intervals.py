@@ -112,15 +112,15 @@ class Interval:
     @property
     def low(self) -> float:
         """Lower end [SI]."""
-        return self.value * self._moved(d.low for d in self.doubts if d.known)
+        return self.value * self._combined_factor(d.low for d in self.doubts if d.known)
 
     @property
     def high(self) -> float:
         """Upper end [SI], at most 1 for a share; infinite if there is no bound."""
-        high = self.value * self._moved(d.high for d in self.doubts if d.known)
+        high = self.value * self._combined_factor(d.high for d in self.doubts if d.known)
         return min(high, 1.0) if self.name.endswith("fraction") and math.isfinite(high) else high
 
-    def _moved(self, changes: Iterable[float]) -> float:
+    def _combined_factor(self, changes: Iterable[float]) -> float:
         factors = [max(1 + change, 0.0) for change in changes]
         if self.measured is None:
             return math.prod(factors)

@@ -228,7 +228,7 @@ def _reconstruction(
 ) -> Reconstruction:
     """Return the reconstruction of the map, with a perfect instrument if none is given."""
     surface, tool = result.surface, instrument or Instrument(resolution=0.0, u_resolution=0.0)
-    measured = _measured(surface, tool, wave)
+    measured = _reconstruct(surface, tool, wave)
     if instrument is None:
         return measured
     reconstruction.require_octaves(measured)
@@ -322,10 +322,11 @@ def _other_map(
     surface, tool = item if isinstance(item, tuple) else (item, Instrument.from_map(item))
     if surface.missing:
         raise InputError("has missing points; fill them first", argument="also")
-    return _measured(surface, Instrument.from_name(tool) if isinstance(tool, str) else tool, wave)
+    tool = Instrument.from_name(tool) if isinstance(tool, str) else tool
+    return _reconstruct(surface, tool, wave)
 
 
-def _measured(surface: Surface, tool: Instrument, wave: float | None) -> Reconstruction:
+def _reconstruct(surface: Surface, tool: Instrument, wave: float | None) -> Reconstruction:
     leveled = (
         step.arguments["form"] for step in surface.provenance.operations if step.method == "leveled"
     )
@@ -570,7 +571,7 @@ def _intervals(
     columns = {
         name: column for name, column in columns.items() if all(map(math.isfinite, column.values()))
     }
-    corrected = {name: _corrected(study, name, column) for name, column in columns.items()}
+    corrected = {name: _combine_draws(study, name, column) for name, column in columns.items()}
     # Without a correction, the method has no error.
     shifts = [abs(corrected[name][0] - column["map"]) for name, column in columns.items()]
     part = min(max(shifts, default=0.0) / _FULL_CORRECTION, 1.0)
@@ -680,7 +681,7 @@ _FULL_CORRECTION = 0.1
 _ELASTIC_AREA = 1.25
 
 
-def _corrected(
+def _combine_draws(
     study: _ContactDraws, name: str, values: Mapping[Any, float]
 ) -> tuple[float, dict[Cause, float], float]:
     """Return the combined center, squared half widths by cause, and variance closure."""

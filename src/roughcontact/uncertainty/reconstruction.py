@@ -282,7 +282,7 @@ class Reconstruction:
         """Return the spectrum of the surface for one instrument."""
         place, power = self._bins(instrument)
         cutoff, finer = 1 / self._shortest(deviations), self._finer(deviations, seed)
-        result = self._continued(place, power, finer, cutoff, deviations)
+        result = self._continue_spectrum(place, power, finer, cutoff, deviations)
         # The simulated image of a synthetic surface must have the power of the map.
         for _ in range(_ROUNDS if instrument.tip_radius else 1):
             model = self.surface(result, seed, even=True)
@@ -292,7 +292,7 @@ class Reconstruction:
             noise = self._noise(instrument)
             ratio = np.maximum(wanted - noise, 0.1 * wanted) / np.maximum(got - noise, 0.1 * got)
             power = power + np.log(np.clip(ratio, 0.3, 3))
-            result = self._continued(place, power, finer, cutoff, deviations)
+            result = self._continue_spectrum(place, power, finer, cutoff, deviations)
         return result
 
     def surface(self, spectrum: RoughSpectrum, seed: int, even: bool = False) -> Array:
@@ -321,7 +321,7 @@ class Reconstruction:
             power = self._dilated_power(instrument)
         else:
             power = spectrum.power_at(self.heights.shape, self.pixel)
-            image = self._shaped(image, spectrum, instrument)
+            image = self._shape_waves(image, spectrum, instrument)
         below = power * transfer**2 + self._noise(instrument)
         # The inverse of a smaller transfer amplifies its own error.
         seen = (below > 0) & (transfer > _MIN_TRANSFER)
@@ -391,14 +391,14 @@ class Reconstruction:
     @property
     def structure(self) -> tuple[float, float]:
         """Skewness of the heights, and kurtosis of their shortest waves, over those of wear."""
-        short, _ = self._split(self.heights)
+        short, _ = self._split_waves(self.heights)
         if self.wear:
             short = short / np.interp(self.heights, *self.wear)
         off = self.heights - self.heights.mean()
         skewness = np.mean(off**3) / np.mean(off**2) ** 1.5
         return float(skewness), float(np.mean(short**4) / np.mean(short**2) ** 2)
 
-    def _split(self, image: Array) -> tuple[Array, Array]:
+    def _split_waves(self, image: Array) -> tuple[Array, Array]:
         """Return the shortest waves of a map, and the longer waves."""
         k = self._wave_numbers * max(1 / self.limit, self.shortest_wave or 0.0)
         # A smooth filter does not mix rough and smooth areas.
@@ -443,7 +443,7 @@ class Reconstruction:
 
     def _roughness(self, image: Array) -> tuple[Array, Array]:
         """Return mean heights of the classes of a map, and their roughness in short waves."""
-        short, long = (part.ravel() for part in self._split(image))
+        short, long = (part.ravel() for part in self._split_waves(image))
         parts = np.array_split(long.argsort(), _CLASSES)
         # Medians exclude the edges of a worn plateau and the mean curvature from the roughness.
         local = [np.median(np.abs(short[part] - np.median(short[part]))) for part in parts]
@@ -454,11 +454,11 @@ class Reconstruction:
         """Whether noise may be more than half of the power of short waves on summits."""
         point = np.zeros(self.heights.shape)
         point[0, 0] = _MEDIAN * self.instrument.noise
-        noise = np.square(self._split(point)[0]).sum()
+        noise = np.square(self._split_waves(point)[0]).sum()
         _, local = self._roughness(self.heights)
         return bool(noise > local[-_CLASSES // 16 :].mean() ** 2 / 2)
 
-    def _shaped(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
+    def _shape_waves(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return a map with the expected power in waves beyond the limit."""
         q = self._wave_numbers
         expected = spectrum.power_at(self.heights.shape, self.pixel)
@@ -539,7 +539,7 @@ class Reconstruction:
             found.append((drawn.place[inside], power[inside], variance[inside]))
         return found
 
-    def _continued(
+    def _continue_spectrum(
         self,
         place: Array,
         power: Array,

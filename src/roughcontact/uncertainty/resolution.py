@@ -363,7 +363,7 @@ def coarsen_pair(pair: Pair) -> Pair | None:
     if min(pair.shape) < 2 * _MIN_POINTS:
         return None
     outline = _change_maps(pair, partial(_divisible, boundary=pair.boundary))
-    return _change_maps(outline, partial(_scaled, factor=2.0, boundary=pair.boundary))
+    return _change_maps(outline, partial(_coarsen, factor=2.0, boundary=pair.boundary))
 
 
 @dataclass(eq=False)
@@ -422,7 +422,7 @@ class _Study:
             try:
                 # Checked before the map is created: the finer grid has four times the points.
                 MemoryNeed(_shape(outline.shape, factor), boundary, terms.precision).require()
-                scaled = _change_maps(outline, partial(_scaled, factor=factor, boundary=boundary))
+                scaled = _change_maps(outline, partial(_coarsen, factor=factor, boundary=boundary))
                 if isinstance(limit, np.ndarray):
                     terms = replace(terms, ceiling=_nearest(limit, outline.shape, scaled.shape))
                 result = self.solve_next(f"pixel × {factor:g}", scaled, terms)
@@ -438,7 +438,7 @@ class _Study:
         result = []
         for length in self.lengths:
             self.number += 1
-            smooth = _change_maps(self.pair, partial(_smoothed, length=length))
+            smooth = _change_maps(self.pair, partial(_smooth, length=length))
             label = f"S-filter {format_engineering(length, 'm')}"
             result.append(_variant(length, self.solve_next(label, smooth, self.terms)))
         return tuple(result)
@@ -503,7 +503,7 @@ def _shape(shape: Shape, factor: float) -> tuple[int, int]:
     return round(shape[0] / factor), round(shape[1] / factor)
 
 
-def _scaled(surface: Surface, factor: float, boundary: Boundary) -> Surface:
+def _coarsen(surface: Surface, factor: float, boundary: Boundary) -> Surface:
     """Return a map on a grid whose pixels are larger by a factor."""
     if factor == 1:
         return surface
@@ -539,7 +539,7 @@ def _nearest(values: Array, shape: Shape, wanted: tuple[int, int]) -> Array:
     return values[np.ix_(rows, columns)]
 
 
-def _smoothed(surface: Surface, length: float) -> Surface:
+def _smooth(surface: Surface, length: float) -> Surface:
     return replace(
         surface, heights=filters.gaussian_lowpass(surface.heights, surface.pixel, length)
     )

@@ -213,7 +213,7 @@ class Comparison(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """Cautions on the result, the most severe first."""
-        own = [*self._alike(), *self._sampled()]
+        own = [*self._alike(), *self._sampling_cautions()]
         shared = sample_cautions(self.samples)
         studied = sample_cautions(self.sampling)
         known = {caution.kind for caution in (*shared, *own)}
@@ -238,7 +238,7 @@ class Comparison(Result):
             text, numbers = _unlike("Map sizes", areas, "m²", advice)
             yield as_note(CautionTag.UNLIKE_SIZE, text, **numbers)
 
-    def _sampled(self) -> Iterable[Caution]:
+    def _sampling_cautions(self) -> Iterable[Caution]:
         """Yield cautions on how well the maps represent their surfaces."""
         fewest = min(len(group.samples) for group in self.groups)
         if fewest < MIN_MAPS:

@@ -327,7 +327,7 @@ def _error(item: SamplingError) -> str:
     return f"{quantity_text(item.name, item.half, digits=2)} ({part(item.relative)})"
 
 
-def _needed(item: SamplingError) -> str:
+def _area_text(item: SamplingError) -> str:
     return f"{_side(item.area)} ({range_text(item.area_low, item.area_high, _side)})"
 
 
@@ -391,7 +391,7 @@ SAMPLING_COLUMNS = (
     ),
     _error_column("value", "this map", lambda item: quantity_text(item.name, item.value)),
     _error_column("half", f"± ({LEVEL})", _error),
-    _error_column("area", f"side for {FIVE} [m²]", _needed),
+    _error_column("area", f"side for {FIVE} [m²]", _area_text),
     _error_column("area_low", "[m²]"),
     _error_column("area_high", "[m²]"),
     _error_column("parts", "from", _parts_text),
@@ -424,10 +424,10 @@ def answer(study: SamplingStudy) -> str:
 _NAMED = 3
 
 
-def _ceiling(sample: Sample) -> str:
+def _ceiling_text(sample: Sample) -> str:
     """Return the ceiling of a map, or both of a coated body, as text."""
     text = phrases.ceiling_text(sample.curve.ceiling, *sample.bodies)
-    return text if sample.base is None else f"{text} (coating); {_ceiling(sample.base)} (base)"
+    return text if sample.base is None else f"{text} (coating); {_ceiling_text(sample.base)} (base)"
 
 
 # Quantities of a `Sample` that are common to all maps.
@@ -437,7 +437,7 @@ _TERMS = (
         delegated("curve", quantity_of(contact_fields.CONTACT, "contact_modulus")),
         when=lambda item: math.isfinite(item.curve.contact_modulus),
     ),
-    replace(quantity_of(contact_fields.CONTACT, "ceiling"), of="curve.ceiling", text=_ceiling),
+    replace(quantity_of(contact_fields.CONTACT, "ceiling"), of="curve.ceiling", text=_ceiling_text),
 )
 
 _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sdq")
@@ -457,7 +457,7 @@ def _maps(result: Comparison) -> list[Cells]:
     ]
 
 
-def _prepared(samples: Sequence[Sample]) -> list[Block]:
+def _preparation(samples: Sequence[Sample]) -> list[Block]:
     """Return the preparation of the maps, once if it is the same for all."""
     steps = ["; ".join(item.curve.preparation) or "none recorded" for item in samples]
     if len(set(steps)) > 1:
@@ -473,7 +473,7 @@ _MAX_LISTED_MAPS = 16
 def _load_case(samples: Sequence[Sample], specified: Sequence[Row]) -> list[Block]:
     """Return the blocks on the preparation and the load case of maps."""
     rows = [*specified, *rows_of(_TERMS, samples[0], PROBLEM)]
-    return [*_prepared(samples), *chapters.body_blocks(samples[0].bodies, rows, "ceiling")]
+    return [*_preparation(samples), *chapters.body_blocks(samples[0].bodies, rows, "ceiling")]
 
 
 def _nominal(pressure: float) -> str:

@@ -294,7 +294,7 @@ class SamplingStudy(Result):
     def _sampling_cautions(self) -> Iterator[Caution]:
         """Yield cautions on how well the parts represent the map."""
         errors = self.errors
-        yield from self._scaling(errors)
+        yield from self._scaling_caution(errors)
         few = min(item.parts for item in errors) if errors else 0
         if few and few < statistics.MIN_COUNT**2:
             yield as_note(
@@ -308,7 +308,7 @@ class SamplingStudy(Result):
             "Parts are of one map: scatter excludes other places, pieces and measurements.",
         )
 
-    def _scaling(self, errors: Sequence[SamplingError]) -> Iterator[Caution]:
+    def _scaling_caution(self, errors: Sequence[SamplingError]) -> Iterator[Caution]:
         """Yield the main caution on the scaling of the errors to larger maps."""
         drifting = {
             item.name: item.drift for item in errors if abs(item.drift) > max(_DRIFT, item.relative)

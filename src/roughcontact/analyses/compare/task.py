@@ -123,7 +123,7 @@ def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFi
     alone = _is_study_alone(request)
     # Check the request first: an error is raised before the first solve.
     requested = None if alone else _load_case(request)
-    study = _studied(request, surface, look) if request[SAMPLING] else None
+    study = _study_sampling(request, surface, look) if request[SAMPLING] else None
     if study is not None:
         study = replace(study, whole=_with_remarks(study.whole, extra_cautions))
     if requested is None:
@@ -203,7 +203,7 @@ def _quarters(request: Request, surface: Surface) -> tuple[Surface, ...]:
         raise InputError(ArgumentRef("quarters"), ": ", *error.parts) from None
 
 
-def _studied(request: Request, surface: Surface, look: OnProgress) -> SamplingStudy:
+def _study_sampling(request: Request, surface: Surface, look: OnProgress) -> SamplingStudy:
     from roughcontact.analyses.compare.sampling import sampling_study
 
     try:

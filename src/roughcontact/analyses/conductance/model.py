@@ -696,7 +696,7 @@ def _step(
         greenwood_length=math.nan if result.pair.is_coated else greenwood(result),
         correlation_length=_correlation(result, texture),
         **gaps,
-        **{f"{kind}_plating": _plating(result, bodies, kind, length) for kind in KINDS},
+        **{f"{kind}_plating": _plating_factor(result, bodies, kind, length) for kind in KINDS},
     )
 
 
@@ -704,7 +704,7 @@ KINDS = ("electrical", "thermal")
 """Kinds of the resistance of a contact."""
 
 
-def _plating(
+def _plating_factor(
     result: ContactResult, bodies: tuple[Conductor, Conductor], kind: str, length: float
 ) -> float:
     """Return the constriction with the layers of the bodies over that without; NaN if unknown."""
@@ -796,9 +796,10 @@ def _check(bodies: tuple[Conductor, Conductor], films: tuple[float, float]) -> N
     electrical = [body.resistivity is not None for body in bodies]
     thermal = [body.conductivity is not None for body in bodies]
     if not all(electrical) and not all(thermal):
+        first, second = map(_known_properties, bodies)
         raise InputError(
             "needs the resistivity of both bodies, or the conductivity of both; known are "
-            f"{_known(bodies[0])} of the body and {_known(bodies[1])} of the counter-body",
+            f"{first} of the body and {second} of the counter-body",
             argument="conductance",
         )
     for film, known, argument, what in (
@@ -809,6 +810,6 @@ def _check(bodies: tuple[Conductor, Conductor], films: tuple[float, float]) -> N
             raise InputError(f"needs the {what} of both bodies", argument=argument, value=film)
 
 
-def _known(body: Conductor) -> str:
+def _known_properties(body: Conductor) -> str:
     names = [name for name in ("resistivity", "conductivity") if getattr(body, name) is not None]
     return " and ".join(names) or "neither"

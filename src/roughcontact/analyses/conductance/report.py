@@ -89,7 +89,7 @@ def _has_current(result: joint.Conductance) -> bool:
     return result.current is not None
 
 
-def _filled_by(name: str) -> Callable[[joint.Conductance], Any]:
+def _conductance_with_filling(name: str) -> Callable[[joint.Conductance], Any]:
     return lambda result: result.filled_conductance(name)
 
 
@@ -138,7 +138,7 @@ CONDUCTANCE = (
             f"with {name} in the gap [W/(m² K)]",
             stored=False,
             when=_has_filling_estimate,
-            of=_filled_by(name),
+            of=_conductance_with_filling(name),
             text=partial(_in_gap, filling=name),
         )
         for name in ("air", "oil")
@@ -190,7 +190,7 @@ CONDUCTANCE_COLUMNS = (
         Column(
             f"thermal_conductance_{name}",
             f"with {name} [W/(m² K)]",
-            of=_filled_by(name),
+            of=_conductance_with_filling(name),
             when=_has_filling_estimate,
         )
         for name in ("air", "oil")

@@ -280,7 +280,7 @@ def estimate(
 
     def estimate_at(limit: float | None, slope: float) -> Estimate:
         actual = replace(roughness, Sdq=roughness.Sdq * slope)
-        result = _estimated(mean, contact_modulus(*bodies), limit, actual, softer_material(*bodies))
+        result = _estimate(mean, contact_modulus(*bodies), limit, actual, softer_material(*bodies))
         result = _with_joint(result, heights, *(body.conductivity for body in known))
         return replace(result, bodies=bodies, finish=drawn.text)
 
@@ -448,7 +448,7 @@ def estimate_result(result: ContactResult) -> Estimate | None:
         return None
     gap = Surface(-np.asarray(result.initial_gap), pair.pixel)
     try:
-        return _estimated(
+        return _estimate(
             result.load / math.prod(pair.size),
             result.contact_modulus,
             result.ceiling,
@@ -527,7 +527,7 @@ def _limit(ceiling: Quantity | None, *bodies: Material) -> float | None:
     return float(limit)
 
 
-def _hardening(softer: Material | None) -> float | None:
+def _hardening_modulus(softer: Material | None) -> float | None:
     """Return the hardening modulus of the softer body [Pa]; None for a nonlinear law."""
     law = None if softer is None else softer.hardening
     if isinstance(law, Linear):
@@ -535,7 +535,7 @@ def _hardening(softer: Material | None) -> float | None:
     return 0.0 if law is None or isinstance(law, Perfect) else None
 
 
-def _estimated(
+def _estimate(
     pressure: float,
     modulus: float,
     ceiling: float | None,
@@ -560,7 +560,7 @@ def _estimated(
         _with_interval(name, groups, roughness) for name in (CONTACT, SATURATED, GAP)
     )
     strength = None if softer is None else softer.yield_strength
-    volume, said = _volume(pressure, stress, strength, _hardening(softer), roughness)
+    volume, said = _volume(pressure, stress, strength, _hardening_modulus(softer), roughness)
     if float(theory_contact(groups)[0]) < fitted:
         text = f"Lighter than the fitted contacts ({format_percent(fitted)}): extrapolated."
         said.append(as_note(CautionTag.ESTIMATE_DOMAIN, text))

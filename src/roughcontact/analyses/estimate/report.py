@@ -17,7 +17,7 @@ from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent, plain_decimal
 
 
-def _ranged(key: str, label: str, form: Callable[[EstimateRange], str]) -> Table:
+def _range_row(key: str, label: str, form: Callable[[EstimateRange], str]) -> Table:
     """Return the row of a quantity with its interval, and the stored interval ends."""
     unit = f"[{split_label(label)[2]}]"
     return (
@@ -54,26 +54,26 @@ ESTIMATE = (
     _roughness_quantity("Ssk", "1", "skewness"),
     _roughness_quantity("Sku", "1", "kurtosis"),
     Quantity("plasticity_index", "plasticity index $E* h′/σ_Y$", part=PROBLEM),
-    *_ranged("contact", "real contact $A/A₀$: of nominal area; in brackets 90 % of maps", share),
-    *_ranged("saturated", "saturated area: area at the ceiling over nominal area", share),
-    *_ranged("gap", "mean gap $ū$ [m]: of the open gap; closed points count 0", length_of),
-    *_ranged(
+    *_range_row("contact", "real contact $A/A₀$: of nominal area; in brackets 90 % of maps", share),
+    *_range_row("saturated", "saturated area: area at the ceiling over nominal area", share),
+    *_range_row("gap", "mean gap $ū$ [m]: of the open gap; closed points count 0", length_of),
+    *_range_row(
         "plastic_volume",
         "mean depth with plastic strain [m]: volume of material with any plastic strain over "
         "nominal area, not the displaced volume",
         length_of,
     ),
-    *_ranged(
+    *_range_row(
         "stiffness",
         "normal stiffness [Pa/m]: per nominal area, at unloading",
         lambda result: with_ends(result, _per_length),
     ),
-    *_ranged(
+    *_range_row(
         "vacuum_conductance",
         "thermal conductance in vacuum [W/(m² K)]: per nominal area, by the spots alone",
         _conductance_text,
     ),
-    *_ranged(
+    *_range_row(
         "air_conductance",
         "thermal conductance in air [W/(m² K)]: per nominal area, with air at 1 bar and 25 °C in "
         "the gap",

@@ -87,8 +87,8 @@ class Formula:
         design = self.design(groups) if design is None else design
         fitted = _sum(design, self.coefficients)
         if self.quantity == VOLUME:
-            return np.exp(fitted) * _yielded(groups, self._start(groups))
-        gradient = np.exp(np.minimum(fitted - self._softening(groups), math.log(_STEEPEST)))
+            return np.exp(fitted) * _yielded_fraction(groups, self._start(groups))
+        gradient = np.exp(np.minimum(fitted - self._gradient_decrease(groups), math.log(_STEEPEST)))
         if self.quantity == GAP and not np.isnan(groups.breadth).any():
             gradient = gradient / groups.breadth
         contact, saturated = _theory(groups, gradient)
@@ -99,9 +99,9 @@ class Formula:
 
     def overestimate(self, value: Array, result: Array) -> Array:
         """Return the excess of one value over another, on the scale of their scatter."""
-        return self._measured(value) - self._measured(result)
+        return self._to_scatter_scale(value) - self._to_scatter_scale(result)
 
-    def _measured(self, value: Array) -> Array:
+    def _to_scatter_scale(self, value: Array) -> Array:
         """Return values on the scale of their scatter: logarithm, square root or identity."""
         if self.quantity in _LOGARITHMIC:
             return np.log(value)
@@ -124,7 +124,7 @@ class Formula:
         self, groups: DimensionlessGroups, value: Array, half: Array
     ) -> tuple[Array, Array]:
         """Return the ends of the interval about a value."""
-        middle = self._measured(value)
+        middle = self._to_scatter_scale(value)
         low, high = middle - half, middle + half
         if self.quantity in _LOGARITHMIC:
             low, high = np.exp(low), np.exp(high)
@@ -138,13 +138,13 @@ class Formula:
             return np.clip(low, minimum, 1), np.clip(high, minimum, 1)
         return (low, np.minimum(high, minimum)) if self.quantity == SATURATED else (low, high)
 
-    def _softening(self, groups: DimensionlessGroups) -> Array:
+    def _gradient_decrease(self, groups: DimensionlessGroups) -> Array:
         """Return the initial decrease of ln(h_eff/h′) by plasticity."""
         return np.log1p((groups.ratio / self.knee) ** 2) / 2
 
     def _start(self, groups: DimensionlessGroups) -> Array:
         """Return the initial effective gradient over h′, for the coordinates."""
-        first: Array = _FIRST[self.quantity] * np.exp(-self._softening(groups))
+        first: Array = _FIRST[self.quantity] * np.exp(-self._gradient_decrease(groups))
         if self.quantity == GAP and not np.isnan(groups.breadth).any():
             first = first / groups.breadth
         return first
@@ -157,7 +157,7 @@ class Formula:
         contact = np.clip(_theory(groups, first)[0], _LIGHT, 1 - 1e-9)
         result = {
             "z": ndtri(contact) + 1,
-            "w": self._softening(groups),
+            "w": self._gradient_decrease(groups),
             "b": np.log(groups.breadth / _BREADTH),
             "s": groups.skewness,
             "q": np.log(groups.tails),
@@ -165,7 +165,7 @@ class Formula:
             "k": np.log1p(groups.hardening),
         }
         if self.quantity == VOLUME:
-            result["y"] = np.log(_yielded(groups, first) / contact)
+            result["y"] = np.log(_yielded_fraction(groups, first) / contact)
         return result
 
 
@@ -180,7 +180,7 @@ def _theory(groups: DimensionlessGroups, gradient: Array) -> tuple[Array, Array]
     return diffused(groups.pressure, gradient / 2, ceiling)
 
 
-def _yielded(groups: DimensionlessGroups, gradient: Array) -> Array:
+def _yielded_fraction(groups: DimensionlessGroups, gradient: Array) -> Array:
     """Return the area fraction above first yield by Persson's theory."""
     with np.errstate(divide="ignore"):
         bound = _FIRST_YIELD / groups.ratio

@@ -294,7 +294,7 @@ class _Finder:
         if name == YIELD:
             self.pair.boundary.require_known_below("the stress below the surface")
             self.pair.require_uncoated("the load of first yield")
-            if not _yielding(self.pair):
+            if not _yielding_bodies(self.pair):
                 raise InputError(
                     f"needs a {ArgumentRef('yield_strength')} of either body", argument=name
                 )
@@ -346,7 +346,7 @@ class _Finder:
             terms = replace(self.terms, load=None, approach=approach)
             return math.log(self.solve_load(terms, None).load)
         if name == YIELD:
-            body = min(strength for _, strength in _yielding(pair))
+            body = min(strength for _, strength in _yielding_bodies(pair))
             return math.log(1.6 * body * pair.pixel_area)
         # Spots of rough surfaces carry E* h'/2 under small loads, or the ceiling.
         slope = max(roughness.rms_gradient(pair.initial_gap, pair.pixel), 1e-9)
@@ -454,7 +454,7 @@ def _values(result: ContactResult, name: str) -> dict[str, float]:
     return answer
 
 
-def _yielding(pair: Pair) -> list[tuple[Material, float]]:
+def _yielding_bodies(pair: Pair) -> list[tuple[Material, float]]:
     """Return the bodies that can yield, with their yield strengths."""
     return [
         (body, body.yield_strength)
@@ -476,7 +476,7 @@ def _utilization(result: ContactResult) -> float:
             pressure, pair.pixel, body.poisson, boundary=pair.boundary
         ).max_von_mises
         / strength
-        for body, strength in _yielding(pair)
+        for body, strength in _yielding_bodies(pair)
     )
 
 

@@ -26,7 +26,7 @@ def parameter_rows(surface: Surface) -> list[tuple[str, str, str, str]]:
             _name(item),
             _value_text(item.name, item.requested),
             _value_text(item.name, item.measured),
-            _missed_by(item),
+            _deviation_text(item),
         )
         for item in compare_parameters(surface)
     ]
@@ -98,7 +98,7 @@ def _value_text(name: str, value: float) -> str:
 _MIN_VISIBLE_CHANGE = 5e-4
 
 
-def _missed_by(item: Parameter) -> str:
+def _deviation_text(item: Parameter) -> str:
     if math.isnan(item.missed):
         return ""
     if item.name == "Ssk":

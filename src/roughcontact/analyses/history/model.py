@@ -76,7 +76,7 @@ class SlidingPair:
         heights = counter.heights - indentation if self.on_counter else counter.heights
         moved = np.full(surface.shape, np.nan)
         here, there = self._overlap(shift)
-        moved[here] = self._rolled(heights, shift)[there]
+        moved[here] = self._roll_map(heights, shift)[there]
         if np.isnan(moved + surface.heights).all():
             raise CapacityError(
                 f"no contact is possible: shifted by {shift} pixels the counter-body has no valid "
@@ -93,9 +93,9 @@ class SlidingPair:
         here, there = self._overlap(shift)
         own = np.zeros(indentation.shape)
         own[there] = new[here]
-        indentation += self._rolled(own, (-shift[0], -shift[1]))
+        indentation += self._roll_map(own, (-shift[0], -shift[1]))
 
-    def _rolled(self, values: Array, shift: tuple[int, int]) -> Array:
+    def _roll_map(self, values: Array, shift: tuple[int, int]) -> Array:
         """Return a map shifted along its periodic axes."""
         axes = self.pair.boundary.periodic_axes
         return np.roll(values, [shift[axis] for axis in axes], axes) if axes else values
@@ -787,7 +787,7 @@ def _solve_stage(
     )
 
 
-def _loaded(load: Real | Load) -> Stage:
+def _make_stage(load: Real | Load) -> Stage:
     return Stage(load if isinstance(load, Load) else float(load))
 
 
@@ -796,7 +796,7 @@ def _stages(path: Sequence[Stage | Quantity | Load]) -> tuple[Stage, ...]:
     for number, stage in enumerate(path, start=1):
         try:
             load = parse_load(stage)
-            stages.append(load if isinstance(load, Stage) else _loaded(load))
+            stages.append(load if isinstance(load, Stage) else _make_stage(load))
         except InputError as error:
             raise InputError(f"stage {number}: ", *error.sentence) from None
     if not stages:

@@ -180,7 +180,7 @@ LAW_COLUMNS = (
 """Columns of the steps of an `InterfaceLaw`."""
 
 
-def _known(law: InterfaceLaw) -> str:
+def _interpolation_error_text(law: InterfaceLaw) -> str:
     """Return the interpolation error of the law as text; a full stop if unknown."""
     error = max(law.curve(branch).error for branch in law.branches)
     if math.isnan(error):
@@ -350,7 +350,7 @@ class LawPresentation(Presentation):
             yield "Persson's theory needs maps without missing points."
         yield (
             "Tables for other programs have enough rows for linear interpolation to "
-            f"{100 * ERROR:.0f} % of the pressure{_known(law)}"
+            f"{100 * ERROR:.0f} % of the pressure{_interpolation_error_text(law)}"
         )
 
     def works(self) -> Iterator[Use]:

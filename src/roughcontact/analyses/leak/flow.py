@@ -69,7 +69,7 @@ def flow_gap(result: ContactResult) -> Array:
 
 def percolating_points(opened: Mask, axis: int, periodic_axes: tuple[int, ...] = ()) -> Mask:
     """Return the open points that belong to a percolating part of the map."""
-    label, parts = _labelled(opened, axis, periodic_axes)
+    label, parts = _label_parts(opened, axis, periodic_axes)
     root = parts.roots()
     leads = np.zeros(root.size, bool)
     if axis in periodic_axes:
@@ -84,7 +84,7 @@ def percolating_points(opened: Mask, axis: int, periodic_axes: tuple[int, ...] =
 
 def components(opened: Mask, periodic_axes: tuple[int, ...] = ()) -> NDArray[np.int32]:
     """Return a label for each connected part of the open points, 0 where not open."""
-    label, parts = _labelled(opened, 0, periodic_axes)
+    label, parts = _label_parts(opened, 0, periodic_axes)
     return parts.roots()[label]
 
 
@@ -105,7 +105,7 @@ def constriction(gap: Array, axis: int, periodic_axes: tuple[int, ...] = ()) -> 
     return Constriction(float(gaps[low]), (y, x))
 
 
-def _labelled(
+def _label_parts(
     opened: Mask, axis: int, periodic_axes: tuple[int, ...]
 ) -> tuple[NDArray[np.int32], _Parts]:
     """Return labels of the parts inside the map, and their connections across seams."""

@@ -619,13 +619,13 @@ def _step(
         gas_factor=(factors[0], factors[1]),
         sheared_gap=(sheared[0], sheared[1]),
         inverse_gap=float((1 / gap[gap > thinnest]).sum() / gap.size),
-        fluid_load=_carried_by_fluid(result, flows, seal),
+        fluid_load=_fluid_load(result, flows, seal),
         solid_load=result.load,
     )
     return step, flows
 
 
-def _carried_by_fluid(result: ContactResult, flows: tuple[Flow, ...], seal: Seal | None) -> float:
+def _fluid_load(result: ContactResult, flows: tuple[Flow, ...], seal: Seal | None) -> float:
     """Return the load that the fluid carries between the bodies [N], of the axis with the most."""
     if seal is None:
         return 0.0

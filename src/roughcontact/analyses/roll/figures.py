@@ -301,7 +301,7 @@ def _pictures(rolling: RollingResult, frames: Sequence[MovieFrame]) -> list[Any]
     count = len(rolling.passes)
     pictures: list[Any] = []
     for frame in frames:
-        pressure.set_data(_touching(frame.pressure))
+        pressure.set_data(_mask_open(frame.pressure))
         values = np.zeros((rolling.result.bodies[0].thickness.size, frame.strain.shape[1]))
         values[: len(frame.strain)] = 100 * frame.strain
         strain.set_array(np.ma.masked_equal(values, 0))
@@ -334,7 +334,7 @@ def _rgb(colour: Any) -> list[int]:
     return [round(255 * part) for part in to_rgb(colour)]
 
 
-def _touching(pressure: NDArray[Any]) -> Any:
+def _mask_open(pressure: NDArray[Any]) -> Any:
     return np.ma.masked_equal(pressure, 0)
 
 
@@ -344,7 +344,7 @@ def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[MovieFram
     top = max(float(frame.pressure.max()) for frame in frames)
     factor, shown = style.prefixed(top, "Pa")
     image = axes.imshow(
-        _touching(frames[0].pressure),
+        _mask_open(frames[0].pressure),
         origin="lower",
         vmin=0,
         vmax=top,

@@ -40,7 +40,7 @@ from roughcontact.units import Quantities, Quantity, count_noun, to_si
 Array = NDArray[Any]
 
 
-def _nothing() -> Array:
+def _empty_map() -> Array:
     return np.zeros((0, 0))
 
 
@@ -59,9 +59,9 @@ class Pass:
     approach: float = 0.0  # Largest during the pass [m]
     Sq: float = 0.0  # Sq of the rough body after the pass [m]
     Spk: float = 0.0  # Spk of the rough body after the pass [m]
-    shear: Array = field(default_factory=_nothing, compare=False, repr=False)  # (bodies, nz)
-    residual_along: Array = field(default_factory=_nothing, compare=False, repr=False)
-    residual_across: Array = field(default_factory=_nothing, compare=False, repr=False)
+    shear: Array = field(default_factory=_empty_map, compare=False, repr=False)  # (bodies, nz)
+    residual_along: Array = field(default_factory=_empty_map, compare=False, repr=False)
+    residual_across: Array = field(default_factory=_empty_map, compare=False, repr=False)
 
     @property
     def largest_shear(self) -> float:

@@ -86,7 +86,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             start_at_center=request[TRAVEL] is not None,
             friction=request[FRICTION],
             folder=request[options.FOLDER],
-            progress=watch if request[YES] else _limited(watch),
+            progress=watch if request[YES] else _limit_time(watch),
             on_step=picture if shown else None,
         )
     last = replace(
@@ -97,7 +97,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     return Outcome(request, result, last, extras)
 
 
-def _limited(look: OnProgress) -> OnProgress:
+def _limit_time(look: OnProgress) -> OnProgress:
     """Return a callback that stops a run if its estimated time is too long."""
     forecast = Forecast()
 

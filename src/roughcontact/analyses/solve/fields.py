@@ -160,7 +160,7 @@ def _tilts(result: ContactResult) -> bool:
     return result.moments is not None
 
 
-def _limited(result: ContactResult) -> bool:
+def _has_ceiling(result: ContactResult) -> bool:
     return result.ceiling is not None
 
 
@@ -284,7 +284,7 @@ CONTACT = (
         "saturated_fraction",
         "saturated area: share of the map at the ceiling",
         form=format_percent,
-        when=_limited,
+        when=_has_ceiling,
     ),
     Quantity(
         "saturated_share",
@@ -292,7 +292,7 @@ CONTACT = (
         of=lambda result: result.saturated_fraction / result.contact_fraction,
         form=format_percent,
         **REPORT_ONLY,
-        when=lambda r: _limited(r) and _touches(r),
+        when=lambda r: _has_ceiling(r) and _touches(r),
     ),
     Quantity(
         "mean_pressure",
@@ -308,7 +308,7 @@ CONTACT = (
         "residual indentation [m]: residual depth of saturated points",
         of="totals.max_indentation",
         form=up_to,
-        when=_limited,
+        when=_has_ceiling,
     ),
     Quantity(
         "calibration",
@@ -344,7 +344,7 @@ HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_ga
 """Headline quantities of the report of a contact."""
 
 
-def _loaded(result: ElastoplasticResult) -> bool:
+def _has_load(result: ElastoplasticResult) -> bool:
     return bool(result.solution.load)
 
 
@@ -395,23 +395,23 @@ VOLUME = (
     ),
     Quantity("yield_excess", "yield excess", part=TRUST, form=lambda v: f"{v:+.1e}", brief=False),
     Quantity("tolerance"),
-    _contact_quantity("certificate", label="certificate of the contact $ε$", when=_loaded),
+    _contact_quantity("certificate", label="certificate of the contact $ε$", when=_has_load),
     _contact_quantity("load", text=_path_of_loads),
-    _contact_quantity("load_error", when=_loaded, brief=False),
+    _contact_quantity("load_error", when=_has_load, brief=False),
     _contact_quantity("given_load"),
     _contact_quantity("approach", text=None),
     _contact_quantity("nominal_area"),
-    _contact_quantity("contact_area", when=_loaded),
+    _contact_quantity("contact_area", when=_has_load),
     _contact_quantity("contact_fraction"),
     Quantity(
         "perimeter_corrected_area",
         "perimeter-corrected area [m²]: less the excess of whole pixels at the elastic rim of "
         "spots",
-        when=_loaded,
+        when=_has_load,
         **REPORT_ONLY,
     ),
-    _contact_quantity("max_pressure", when=_loaded),
-    _contact_quantity("mean_pressure", when=_loaded),
+    _contact_quantity("max_pressure", when=_has_load),
+    _contact_quantity("mean_pressure", when=_has_load),
     _contact_quantity("mean_gap", **REPORT_ONLY),
     Quantity(
         "max_residual_displacement",

@@ -211,12 +211,12 @@ _YIELDING = {
 
 def _yields(result: ContactResult) -> str:
     if result.regime is Regime.SATURATED:
-        saturated, area = (_known(result, f"{what}_fraction") for what in ("saturated", "contact"))
+        saturated, area = (_value(result, f"{what}_fraction") for what in ("saturated", "contact"))
         return f"; {format_share(min(saturated / area, 1.0))} of that is at the pressure ceiling."
     return "." if result.pair.is_coated else f"; {_YIELDING[result.regime]}."
 
 
-def _known(result: ContactResult, name: str) -> float:
+def _value(result: ContactResult, name: str) -> float:
     """Return a quantity of a contact, corrected for the instrument if known."""
     item = result.measurement and result.measurement.interval(name)
     return float(item.value if item else getattr(result, name))

@@ -235,9 +235,9 @@ def _answer(stress: StressResult) -> str:
     where = f"{format_short(depth, 'm')} deep" if depth else "at the surface"
     if stress.parts:
         under = (
-            "" if stress.base is None else f" With the ceiling of the base: {_layered(stress.base)}"
+            "" if stress.base is None else f" With the ceiling of the base: {_weakest(stress.base)}"
         )
-        return _layered(stress) + under
+        return _weakest(stress) + under
     strength = stress.material.yield_strength
     if strength is None:
         return f"The von Mises stress reaches {reached}, {where}."
@@ -249,7 +249,7 @@ def _answer(stress: StressResult) -> str:
     return f"Nothing yields: the von Mises stress reaches {known}, {where}."
 
 
-def _layered(stress: StressResult) -> str:
+def _weakest(stress: StressResult) -> str:
     """Return the layer (or base) closest to its strength, as a sentence."""
     known = [part for part in stress.parts if part.strength]
     if not known:

@@ -416,10 +416,10 @@ class _Sweep:
             load_error=step.load_error,
             convolutions=step.convolutions,
             seconds=step.seconds,
-            calibration=self._agreed(step) if self.own else None,
+            calibration=self._stored_calibration(step) if self.own else None,
         )
 
-    def _agreed(self, step: LoadStep) -> CalibrationRecord | None:
+    def _stored_calibration(self, step: LoadStep) -> CalibrationRecord | None:
         """Return the calibration record of a stored ceiling, without its details."""
         body = softer_material(self.pair.material, self.pair.counter_material)
         if body is None or not body.ceiling or not step.ceiling:
@@ -448,7 +448,7 @@ def _steps(
             try:
                 step, pressure, start = _solved_step(sweep, number, start, progress)
             except ConvergenceError as error:
-                raise _unsolved(sweep, number, place, error) from None
+                raise _step_error(sweep, number, place, error) from None
             if path is not None:
                 arrays = checkpoints.pack_map("pressure", pressure)
                 arrays |= checkpoints.pack_map("following", start, "following_index")
@@ -477,7 +477,7 @@ def _solved_step(
     return _step(result, grown.stiffness, whole), result.pressure, following
 
 
-def _unsolved(
+def _step_error(
     sweep: _Sweep, number: int, place: RunFolder | None, error: ConvergenceError
 ) -> ConvergenceError:
     unit = sweep.pair.load_unit if sweep.control == "load" else "m"

@@ -524,7 +524,7 @@ class _Path:
         """Return the contact under a load; unloading is elastic on the indented surface."""
         heaviest, result = self.heaviest, self.result
         if heaviest is not None and load < heaviest.load:
-            return _unloaded(heaviest, load)
+            return _unload(heaviest, load)
         return result if load == result.load else solve_pair(result.pair, _case(result, load))
 
     def advance(
@@ -720,7 +720,7 @@ def _case(result: ContactResult, load: float) -> LoadCase:
     )
 
 
-def _unloaded(
+def _unload(
     heaviest: ContactResult, load: float, start: Any = None, tolerance: float = 0.0
 ) -> ContactResult:
     """Return the contact under a smaller load, elastic on the indented surface."""
@@ -737,13 +737,13 @@ def _superpose_partial_slip(path: _Path, contact: ContactResult, force: float) -
     compliance = tangential_compliance(contact.pair)
     full = contact
     if contact.saturated.any():
-        full = _unloaded(contact, contact.load, contact.pressure)
+        full = _unload(contact, contact.load, contact.pressure)
     forces, shifts, sticks, energies = [0.0], [0.0], [1.0], [0.0]
     smaller = full
     for part in range(1, _POINTS + 1):
         forces.append(force * part / _POINTS)
         rough = _DRAWN if part < _POINTS else 0.0
-        smaller = _unloaded(contact, contact.load - forces[-1] / friction, smaller.pressure, rough)
+        smaller = _unload(contact, contact.load - forces[-1] / friction, smaller.pressure, rough)
         traction = friction * (full.pressure - smaller.pressure)
         shifts.append(friction * compliance * (full.approach - smaller.approach))
         sticks.append(

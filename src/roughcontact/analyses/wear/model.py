@@ -190,7 +190,7 @@ class Wear(StepResult):
     @property
     def wear_rate(self) -> float:
         """Mean wear depth of both bodies over the distance, k p̄ [m/m]."""
-        shaping = sum(_shaping(self.coefficients, self.motion))
+        shaping = sum(_shape_coefficients(self.coefficients, self.motion))
         return shaping * self.last.load / self.last.touchable_area
 
     @property
@@ -303,7 +303,7 @@ def wear(
         _coefficient(counter_wear_coefficient, "counter_wear_coefficient"),
     )
     require_choice((SLIDING, FRETTING), motion=motion)
-    shaping = _shaping(coefficients, motion)
+    shaping = _shape_coefficients(coefficients, motion)
     _check_motion(pair, motion, shaping)
     if not 0 < max_moved < 1:
         raise input_error("max_moved", max_moved, "must be between 0 and 1")
@@ -342,7 +342,7 @@ def _distances(value: Any) -> tuple[float, ...]:
     return distances
 
 
-def _shaping(coefficients: tuple[float, float], motion: str) -> tuple[float, float]:
+def _shape_coefficients(coefficients: tuple[float, float], motion: str) -> tuple[float, float]:
     """Return the wear coefficients of the bodies whose shape changes."""
     return coefficients if motion == FRETTING else (coefficients[0], 0.0)
 
@@ -452,7 +452,7 @@ class _Run:
             last = solve_pair(pair, run.terms, start=state.pressure)
             whole = steps.pop()
             errors = {name: getattr(end, name) / getattr(whole, name) - 1 for name in _ERRORS}
-            errors["depth"] = _moved(after.depth, state.depth)
+            errors["depth"] = _moved_share(after.depth, state.depth)
             costs = _costs([whole, end, last])
             steps.append(replace(run.record(last, state), moved=whole.moved, **costs))
         return tuple(steps), (first, last), errors
@@ -487,7 +487,7 @@ class _Run:
             pair = WearingPair.from_pair(worn, compliance)
             result = solve_pair(pair, self.terms, start=state.pressure, progress=watch)
             solved.append(result)
-            moved = _moved(state.pressure, result.pressure)
+            moved = _moved_share(state.pressure, result.pressure)
             enough = self.count or moved <= _EXCESS * self.max_moved
             if enough or len(solved) == _MAX_SOLVES:
                 break
@@ -561,10 +561,10 @@ def _conforms(pressure: Array, touchable: NDArray[np.bool_]) -> bool:
     """Return whether nearly all points touch, under a nearly uniform pressure."""
     inside = pressure[touchable]
     touching = int(np.count_nonzero(inside)) > CONFORMING * inside.size
-    return touching and _moved(np.full(inside.shape, inside.mean()), inside) < UNIFORM
+    return touching and _moved_share(np.full(inside.shape, inside.mean()), inside) < UNIFORM
 
 
-def _moved(before: Array, after: Array) -> float:
+def _moved_share(before: Array, after: Array) -> float:
     """Return the part of a sum that two maps with this sum have at other pixels."""
     return float(np.abs(after - before).sum() / after.sum()) / 2
 
