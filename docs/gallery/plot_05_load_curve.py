@@ -32,7 +32,7 @@ heights = rc.self_affine(
 )
 surface = rc.Surface(heights, pixel)
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
-loads = load_case.spaced(0.3, 300, 10)
+loads = load_case.space_values(0.3, 300, 10)
 curves = {
     "elastic": rc.sweep(surface, material=steel, loads=loads, ceiling=None, boundary="periodic"),
     "ceiling 3 GPa": rc.sweep(

@@ -34,7 +34,7 @@ def test_intervals_are_those_of_scipy() -> None:
     ends = welch.confidence_interval()
     assert (two.low, two.high) == pytest.approx((ends.low, ends.high))
 
-    pairs = statistics.paired(a, b[:4])
+    pairs = statistics.paired_difference(a, b[:4])
     student = stats.ttest_rel(b[:4], a)
     ends = student.confidence_interval()
     assert pairs.p == pytest.approx(student.pvalue)
@@ -89,7 +89,7 @@ def test_single_or_equal_values_have_no_interval() -> None:
     assert (constant.low, constant.high, constant.excludes_zero) == (1.0, 1.0, True)
     same = statistics.differences([[1.0, 1.0], [1.0, 1.0]])[0, 1]
     assert (same.p, same.excludes_zero) == (1.0, False)
-    assert not statistics.paired([1.0], [2.0]).known
+    assert not statistics.paired_difference([1.0], [2.0]).known
     assert math.isnan(statistics.components([[1.0, 1.0], [1.0, 1.0]]).share)
     assert statistics.components([[1.0, 1.0], [2.0, 2.0]]).share == 1.0
 
@@ -104,7 +104,7 @@ def test_intervals_of_means_and_differences_hold() -> None:
         apart = statistics.differences([a, b])[0, 1]
         differences += apart.low <= 2 <= apart.high
         common = rng.normal(0, 10, size=5)
-        change = statistics.paired(common, common + rng.normal(0.5, 1, size=5))
+        change = statistics.paired_difference(common, common + rng.normal(0.5, 1, size=5))
         pairs += change.low <= 0.5 <= change.high
     assert is_coverage_near_95_percent(means)
     assert is_coverage_near_95_percent(differences)

@@ -88,7 +88,7 @@ def test_names_of_all_inputs_are_one_line() -> None:
         Instrument(resolution=1e-6, name=NAME).name,
         *make_surface().provenance.steps,
         make_surface().provenance.source,
-        make_surface().provenance.known_as(NAME).source,
+        make_surface().provenance.with_name(NAME).source,
     ]
     assert all(text.isprintable() for text in named)
 

@@ -58,7 +58,7 @@ def tree(root: Path, processes: str, files: dict[str, object]) -> Path:
 
 
 def left(root: Path) -> list[int]:
-    found: Iterator[int] = memory.left_in_containers(root)
+    found: Iterator[int] = memory.free_in_containers(root)
     return list(found)
 
 
@@ -142,10 +142,10 @@ def test_unlimited_groups_leave_the_machine(
     tree(tmp_path, "4:memory:/", first("", NO_LIMIT, GIB))
     assert left(tmp_path) == []
     assert 0 < memory.free_bytes() < 2**60
-    monkeypatch.setattr(memory, "left_in_containers", lambda root: iter([GIB, 5, 7]))
+    monkeypatch.setattr(memory, "free_in_containers", lambda root: iter([GIB, 5, 7]))
     assert memory.free_bytes() == 5
     # A group may use more than it was allowed later.
-    monkeypatch.setattr(memory, "left_in_containers", lambda root: iter([-3]))
+    monkeypatch.setattr(memory, "free_in_containers", lambda root: iter([-3]))
     assert memory.free_bytes() == 0
 
 

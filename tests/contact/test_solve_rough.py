@@ -17,7 +17,7 @@ MODULUS = 210e9 / 0.91
 @pytest.fixture(scope="module")
 def curve() -> rc.results.LoadCurve:
     surface = rc.Surface(*rc.reference_map(512))
-    loads = load_case.spaced(0.03, 30, 7)
+    loads = load_case.space_values(0.03, 30, 7)
     return rc.sweep(surface, material=STEEL, loads=loads, ceiling=None)
 
 

@@ -375,7 +375,9 @@ def test_unknowns_that_join_keep_the_memory() -> None:
             continue
         if step == 3:
             large.grow(0, np.array([4, 7, 8]), np.array([4, 5, 7, 8]))
-        wide = large.mix([increments.embedded(x, place, 4)], [increments.embedded(f, place, 4)])[0]
+        wide = large.mix(
+            [increments.embed_columns(x, place, 4)], [increments.embed_columns(f, place, 4)]
+        )[0]
         np.testing.assert_allclose(wide[:, place], narrow, rtol=1e-9)
         np.testing.assert_array_equal(wide[:, 1], 0)
 

@@ -32,7 +32,7 @@ def every(tmp_path_factory: pytest.TempPathFactory) -> list[Sample]:
     return [*samples.made(tmp_path_factory.mktemp("made")), *samples.measured()]
 
 
-def enlarged(sample: Sample, rng: np.random.Generator) -> bytes:
+def enlarge(sample: Sample, rng: np.random.Generator) -> bytes:
     """Return a file with a number in its header that is huge."""
     fields = sample.fields or ((0, len(sample.content)),)
     start, stop = fields[int(rng.integers(len(fields)))]
@@ -56,7 +56,7 @@ def findings(reader: Reader, samples: list[Sample], folder: Path, count: int) ->
         path = folder / sample.name
         for index in range(count):
             rng = np.random.default_rng([zlib.crc32(sample.name.encode()), index])
-            path.write_bytes(enlarged(sample, rng))
+            path.write_bytes(enlarge(sample, rng))
             answer = reader.read(path, sample.arguments)
             wrong = str(answer.get("raised", ""))
             if "refused" in answer:

@@ -46,13 +46,13 @@ ALLOWED_PRODUCTS = {
     ),
     "analyses.sweep.model": {"low_load_slope": "the loads of a curve"},
     "halfspace.plastic_halfspace": {
-        "_restricted": "a sparse matrix, no BLAS",
-        "_prolonged": "a sparse matrix, no BLAS",
+        "_restrict": "a sparse matrix, no BLAS",
+        "_prolong": "a sparse matrix, no BLAS",
     },
     "halfspace.layers": {"_mean_displacement": "layers"},
     "halfspace.stress_summary": {"_with_slope": "six parameters of a paraboloid"},
     "solvers.aggregation": dict.fromkeys(
-        ("excess", "smoothed", "factors"), "sparse matrices, no BLAS"
+        ("excess", "smooth", "factors"), "sparse matrices, no BLAS"
     ),
     "elastoplastic.increments": {"add": "five components", "_least_squares": "a handful of steps"},
     "analyses.tangential.model": {"_append_step": "two components"},

@@ -67,7 +67,7 @@ def test_responses_to_sampled_kernels(backend, small_blocks, shape, padded, work
         for response, factor in term.shares:
             expected[response] += factor * circular(source, kernel)
     operator = responses_to(source, padded, terms, workers=workers)
-    symbols = operator.sampled(lambda rows, columns: [k[np.ix_(rows, columns)].T for k in kernels])
+    symbols = operator.sample(lambda rows, columns: [k[np.ix_(rows, columns)].T for k in kernels])
     size = np.abs(expected).max()
     for first in (0, shape[0] - 1):
         np.testing.assert_allclose(
@@ -122,7 +122,7 @@ def test_smooth_kernels_need_few_samples(backend, every):
         return [kernel[np.ix_(rows, columns)].T for kernel in kernels]
 
     expected = np.array([circular(source, kernel) for kernel in kernels])
-    found = streamed(operator, operator.sampled(sample, every))
+    found = streamed(operator, operator.sample(sample, every))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
 
@@ -130,7 +130,7 @@ def test_responses_in_single_precision(backend):
     rng = np.random.default_rng(4)
     source, kernel = rng.random((20, 30)), parity_kernel((40, 60), (False, True), rng)
     operator = responses_to(source, (40, 60), [Term((False, True), [(0, 1.0)])], precision="single")
-    symbols = operator.sampled(lambda rows, columns: [kernel[np.ix_(rows, columns)].T])
+    symbols = operator.sample(lambda rows, columns: [kernel[np.ix_(rows, columns)].T])
     expected = circular(source, kernel)
     found = streamed(operator, symbols)[0]
     # Single precision's ε is 1.2e-7; and it is not double.

@@ -82,10 +82,10 @@ def test_profile_parameters_match_an_independent_computation() -> None:
     heights = 1e-7 * noise + 2e-6 * np.sin(2 * np.pi * x / 300e-6) + 1e-3 * x
     surface = rc.Surface(heights, spacing).leveled()
     expected = iso_parameters(heights, spacing, cutoff)
-    found = {**surface.roughness(), **inputs.filtered(surface)}
+    found = {**surface.roughness(), **inputs.filtered_parameters(surface)}
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=1e-6), name
-    headline = inputs.headline(inputs.measured(surface), "trace.txt")
+    headline = inputs.headline(inputs.measured_map(surface), "trace.txt")
     shown = "  ".join(cell for row in headline.rows for cell in row)
     for name in ("Rq", "Ra", "Rz", "Rt", "Pq", "Pa", "Pz", "Pt"):
         assert f"{name} {format_engineering(expected[name], 'm')}" in shown

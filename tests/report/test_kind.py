@@ -40,7 +40,7 @@ from roughcontact.report.kind import (
     Column,
     Quantity,
     csv_text,
-    delegated,
+    delegate_quantity,
     format_value,
     profile_table,
     quantity_of,
@@ -240,7 +240,7 @@ def test_friction_is_shown_with_its_direction_or_omitted(
 
 def test_delegated_quantity_reads_part_of_result() -> None:
     inner = Quantity("real", "real part", of="real", text=lambda v: f"<{v.real}>")
-    outer = delegated("number", inner, label="first part")
+    outer = delegate_quantity("number", inner, label="first part")
     (row,) = rows_of((outer,), type("Held", (), {"number": 3 + 4j}))
     assert (row.value, row.text, row.title) == (3.0, "<3.0>", "First part")
 
@@ -308,7 +308,7 @@ def test_csv_keeps_every_digit_and_the_type() -> None:
 
 def test_roughness_of_file_is_shown_with_and_without_plane() -> None:
     surface = rc.Surface(np.arange(12.0).reshape(3, 4) * 1e-9, (1e-6, 1e-6))
-    row = quantity_of(inputs.FILE, "Sq").row(inputs.measured(surface))
+    row = quantity_of(inputs.FILE, "Sq").row(inputs.measured_map(surface))
     assert row.value == surface.Sq
     assert row.text.startswith(f"{format_value(surface.Sq, 'm')}, after plane ")
 

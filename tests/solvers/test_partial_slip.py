@@ -82,7 +82,7 @@ def test_the_certificate_notices_a_wrong_traction() -> None:
     state = solver.make_state(
         solver.total[:, None] / solver.bound.sum() * solver.bound, np.zeros(2)
     )
-    assert solver.certified(state, 0).certificate > 1e-3
+    assert solver.certify(state, 0).certificate > 1e-3
 
 
 @pytest.mark.parametrize("part", [0.0, 0.3, 0.999999])

@@ -12,7 +12,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.errors import InputError
 from roughcontact.surface import instrument
-from roughcontact.surface.instrument import Instrument, dilated
+from roughcontact.surface.instrument import Instrument, dilate
 
 UM = 1e-6
 
@@ -101,7 +101,7 @@ def test_noise_and_missing_points() -> None:
 
 def test_a_sphere_under_a_tip_has_the_sum_of_both_radii() -> None:
     y, x = np.mgrid[-32:32, -32:32] * UM
-    top = dilated(-(x**2 + y**2) / (2 * 1e-3), (UM, UM), 2e-3)
+    top = dilate(-(x**2 + y**2) / (2 * 1e-3), (UM, UM), 2e-3)
     inside = np.hypot(y, x) < 20 * UM
     # The tip touches at a grid point: up to half a pixel from the true one.
     error = (0.5 * UM) ** 2 * (1 / 1e-3 + 1 / 2e-3)

@@ -330,7 +330,7 @@ def test_the_roughness_of_a_file_is_without_waves_beyond_the_cutoff():
     x = np.arange(9600) * 5e-7
     rough, form = (a * np.sin(2 * np.pi * x / w) for a, w in ((1e-6, 8e-5), (5e-6, 4.8e-3)))
     surface = rc.Surface(rough + form, 5e-7).leveled("mean")
-    found = inputs.filtered(surface)
+    found = inputs.filtered_parameters(surface)
     assert found["Rq"] == pytest.approx(1e-6 / math.sqrt(2), rel=2e-2)
     assert found["Rsm"] == pytest.approx(8e-5, rel=1e-2)
     assert found["Rz"] == pytest.approx(2e-6, rel=5e-2)

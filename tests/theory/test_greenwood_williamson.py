@@ -89,7 +89,7 @@ def test_both_forms_of_the_diffusion_agree(ceiling: float) -> None:
 def test_vectorized_fractions_match_single_contacts() -> None:
     mean, deviation = np.array([0.1, 0.5, 2.0]), np.array([0.2, 3.0, 1.0])
     ceiling = np.array([np.inf, 1.0, 2.5])
-    contact, saturated = persson.diffused(mean, deviation, ceiling)
+    contact, saturated = persson.diffuse_fractions(mean, deviation, ceiling)
     for place in range(3):
         limit = None if np.isinf(ceiling[place]) else float(ceiling[place])
         alone = persson.persson_fractions(

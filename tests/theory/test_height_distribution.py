@@ -18,7 +18,7 @@ DENSITY = np.exp(-(Z**2) / 2) / np.exp(-(Z**2) / 2).sum()
 @given(skewness=st.floats(-3, 3), excess=st.floats(0.35, 12))
 def test_the_translation_has_the_moments_and_rises(skewness: float, excess: float) -> None:
     kurtosis = skewness**2 + 1 + excess
-    found = height_distribution.fitted(skewness, kurtosis)
+    found = height_distribution.fit_johnson(skewness, kurtosis)
     heights = found.heights(Z)
     assert np.all(np.diff(heights) >= 0)
     # Beyond nine standard deviations lies less than the tolerance of these tails.
@@ -40,7 +40,7 @@ def test_quantiles_are_those_of_the_known_distribution(
     skewness: float, kurtosis: float, distribution: stats.rv_frozen | None
 ) -> None:
     z = np.linspace(-3, 3, 7)
-    found = height_distribution.fitted(skewness, kurtosis)
+    found = height_distribution.fit_johnson(skewness, kurtosis)
     if distribution is None:
         # Of SciPy's own family, with the shapes found here.
         kinds = {"bounded": stats.johnsonsb, "unbounded": stats.johnsonsu}

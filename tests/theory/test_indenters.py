@@ -43,10 +43,10 @@ def test_the_mean_pressure_rises_to_its_plateau(mean) -> None:
 
 
 def test_residual_indentation_starts_at_ceiling_and_grows_faster_than_load() -> None:
-    assert indenters.left_under_ceiling(0.9) == (0.0, 0.0)
-    assert max(indenters.left_under_ceiling(1 + 1e-9)) < 1e-3
+    assert indenters.residual_indentation(0.9) == (0.0, 0.0)
+    assert max(indenters.residual_indentation(1 + 1e-9)) < 1e-3
     ratios = np.geomspace(1.2, 100, 20)
-    left = np.array([indenters.left_under_ceiling(ratio) for ratio in ratios])
+    left = np.array([indenters.residual_indentation(ratio) for ratio in ratios])
     assert (np.diff(left / ratios[:, None], axis=0) > 0).all()
     # Of the approach and the work of a fully saturated contact, which rise as λ and λ²: 1/3, 1/6.
     assert (left < np.stack([ratios / 3, ratios**2 / 6], axis=1)).all()

@@ -1,6 +1,6 @@
 """Free memory, and the error for jobs that need more.
 
-`left_in_containers`: The limits of all enclosing control groups apply. Inside a container its group
+`free_in_containers`: The limits of all enclosing control groups apply. Inside a container its group
 may be mounted as the root, so that the path given by the kernel does not exist: only existing
 groups are evaluated. See the kernel's documentation,
 https://docs.kernel.org/admin-guide/cgroup-v2.html and …/cgroup-v1/memory.html.
@@ -39,7 +39,7 @@ def free_bytes() -> int:
 
     remaining = [
         int(psutil.virtual_memory().available),
-        *left_in_containers(Path("/")),
+        *free_in_containers(Path("/")),
         *_free_under_limits(),
     ]
     return max(0, min(remaining))
@@ -52,7 +52,7 @@ def resident_bytes() -> int:
     return int(psutil.Process().memory_info().rss)
 
 
-def left_in_containers(root: Path) -> Iterator[int]:
+def free_in_containers(root: Path) -> Iterator[int]:
     """Yield the free bytes of each control group that contains this process."""
     # Lines such as 4:memory:/docker/b3b4, in version 2 0::/user.slice.
     for line in _read_text(root / "proc/self/cgroup").splitlines():

@@ -110,7 +110,7 @@ def mean_with_interval(values: ArrayLike) -> Mean:
     return Mean(x.size, average, spread, average - half, average + half)
 
 
-def paired(first: ArrayLike, second: ArrayLike) -> Difference:
+def paired_difference(first: ArrayLike, second: ArrayLike) -> Difference:
     """Return the mean difference of paired measurements (Student)."""
     from scipy.special import stdtr
 

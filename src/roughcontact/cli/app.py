@@ -578,7 +578,7 @@ def _info(files: Any, specified: Given) -> None:
                 surface, channels = read.read_with_channels(str(file), **reading)
             else:
                 surface, channels = read.read_surface(str(file), **reading), ()
-            result.append((inputs.measured(surface), channels))
+            result.append((inputs.measured_map(surface), channels))
         except InputError as error:
             if len(files) == 1:
                 raise

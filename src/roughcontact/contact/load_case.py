@@ -340,7 +340,7 @@ def _power_of_two(value: float) -> float:
 
 
 @validate_arguments
-def spaced(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
+def space_values(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
     """Return loads or approaches spaced between two ends."""
     if spacing not in ("log", "linear"):
         raise input_error("spacing", spacing, "must be 'log' or 'linear'")

@@ -38,7 +38,7 @@ from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer_material
 from roughcontact.solvers.progress import Status
 from roughcontact.surface import roughness
-from roughcontact.surface.cleaning import filling
+from roughcontact.surface.cleaning import filling_for
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import indenters
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
@@ -65,7 +65,7 @@ def ratio_to_elastoplastic(advice: CalibratedCeiling, ceiling: float) -> tuple[f
 def _residual_sphere(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
     """Return residual depth and energy of a sphere, in units independent of the ceiling."""
     share = ceiling / advice.first_yield
-    depth, energy = indenters.left_under_ceiling(advice.load_ratio / share**3)
+    depth, energy = indenters.residual_indentation(advice.load_ratio / share**3)
     return depth * share**2, energy * share**5
 
 
@@ -681,7 +681,9 @@ def _remove_spikes(*surfaces: Surface | None) -> str:
         # Wider than the window of the median.
         return f"Cut them away with {ArgumentRef('crop')}"
     share = max(body.missing / body.heights.size for body in surfaces if body)
-    return f"Remove with {ArgumentRef('outliers', 6.0)} {ArgumentRef('missing', filling(share))}"
+    return (
+        f"Remove with {ArgumentRef('outliers', 6.0)} {ArgumentRef('missing', filling_for(share))}"
+    )
 
 
 def _first_touch(result: ContactResult) -> Caution | None:

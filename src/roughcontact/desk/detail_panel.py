@@ -176,13 +176,13 @@ class SectionPlot:
 
     def _show_contact(self, result: SectionBodies, where: SectionPoints, doubtful: str) -> None:
         length = float(where.place[-1] + where.step / 2)
-        factor, unit = drawing_style.prefixed(length, "m")
+        factor, unit = drawing_style.axis_unit(length, "m")
         tall = np.concatenate([result.lower, result.upper])
-        scale, height_unit = drawing_style.prefixed(
+        scale, height_unit = drawing_style.axis_unit(
             float(np.nanmax(np.abs(tall), initial=0.0)), "m"
         )
         largest = float(result.pressure.max(initial=0.0))
-        press, pressure_unit = drawing_style.prefixed(largest, "Pa")
+        press, pressure_unit = drawing_style.axis_unit(largest, "Pa")
         flows = result.saturated & (result.gap < 0)
         self.source.data = {
             "place": where.place * factor,
@@ -271,8 +271,8 @@ def spot_table(result: rc.ContactResult) -> str:
 
     known: dict[str, tuple[Array, tuple[float, str]]] = {
         "area": (spots.area, drawing_style.prefixed_area(largest(spots.area))),
-        "load": (spots.load, drawing_style.prefixed(largest(spots.load), result.pair.load_unit)),
-        "largest pressure": (spots.peak, drawing_style.prefixed(largest(spots.peak), "Pa")),
+        "load": (spots.load, drawing_style.axis_unit(largest(spots.load), result.pair.load_unit)),
+        "largest pressure": (spots.peak, drawing_style.axis_unit(largest(spots.peak), "Pa")),
         "saturated": (saturated, (100.0, "%")),
         "y of its peak": ((rows + 0.5) * dy, window),
         "x": ((columns + 0.5) * dx, window),

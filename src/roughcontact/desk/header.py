@@ -230,7 +230,7 @@ class LoadPanel:
         try:
             request = self._session.state.request()
             value = request.get(options.LOAD)
-            result = request.needed(options.APPROACH) if value is None else value
+            result = request.require(options.APPROACH) if value is None else value
         except rc.RoughcontactError:
             return None
         return result if isinstance(result, float) else result.value

@@ -212,7 +212,7 @@ def height_scale(surface: rc.Surface) -> tuple[ColorLimits, float]:
     low, high, *_ = drawing_maps.height_limits(
         drawing_style.cell_mean(surface.heights, blocks) - mean
     )
-    return ColorLimits(low, high, *drawing_style.prefixed(max(abs(low), abs(high)), "m")), mean
+    return ColorLimits(low, high, *drawing_style.axis_unit(max(abs(low), abs(high)), "m")), mean
 
 
 def result_scales(result: rc.ContactResult) -> dict[str, ColorLimits]:
@@ -228,7 +228,7 @@ def result_scales(result: rc.ContactResult) -> dict[str, ColorLimits]:
         RESIDUAL: (float(result.residual_indentation.max()) or 1e-9, "m"),
     }
     return {
-        key: ColorLimits(0.0, high, *drawing_style.prefixed(high, unit))
+        key: ColorLimits(0.0, high, *drawing_style.axis_unit(high, unit))
         for key, (high, unit) in highest.items()
     }
 

@@ -147,7 +147,7 @@ class Page:
         self._show_state()
         outcome = self.session.outcome
         if outcome is not None and outcome.contact is not None:
-            self.view.cut(outcome.contact, self.session.state.line)
+            self.view.show_section(outcome.contact, self.session.state.line)
 
     # Actions.
 
@@ -209,7 +209,7 @@ class Page:
     def _handle_line(self, line: Line) -> None:
         self.session.draw_line(line)
         outcome = self.session.outcome
-        self.view.cut(None if outcome is None else outcome.contact, line)
+        self.view.show_section(None if outcome is None else outcome.contact, line)
 
     def _crop(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         self._run_action(lambda: self.session.crop_map(rows, columns))
@@ -552,7 +552,7 @@ class ContactView:
         if self._surface is not None:
             self.maps.strip.active = place
 
-    def cut(self, result: rc.ContactResult | None, line: Line | None) -> None:
+    def show_section(self, result: rc.ContactResult | None, line: Line | None) -> None:
         """Show another section, if a surface is shown."""
         if self._surface is None:
             return

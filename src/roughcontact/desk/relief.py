@@ -121,7 +121,7 @@ def _heights(surface: rc.Surface) -> list[Any]:
         "low": low,
         "high": high,
         "length": drawing_style.prefixed_window(0.0, size),
-        "height": drawing_style.prefixed(high - low, "m"),
+        "height": drawing_style.axis_unit(high - low, "m"),
         "factor": _round_down(_HEIGHT_SHARE * size / (high - low)) if high > low else 1.0,
         "note": f"{cells}. Drag or arrow keys: turn. Wheel, + and −: zoom. Double click or 0: "
         "reset.",

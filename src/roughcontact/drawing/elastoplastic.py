@@ -60,7 +60,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     size, shape = contact.surface.size, values.shape
     figure, axes = style.single_axes(size, legend=False)
     blocks = style.cell_size(shape, size, style.CELLS_ALONE)
-    factor, unit = style.prefixed(float(np.abs(values).max()), "m")
+    factor, unit = style.axis_unit(float(np.abs(values).max()), "m")
     cells = style.cell_mean(values, blocks) * factor
     deepest, highest = float(cells.max(initial=0.0)), -float(cells.min(initial=0.0))
     image = style.draw_map(axes, cells, size, blocks, shape)
@@ -75,7 +75,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     style.colour_bar(axes, image, f"residual displacement [{unit}]", "neither")
     # Cells with at least half of their points in contact are inside: the area is about preserved.
     touching = style.cell_share(contact.contact, blocks) >= 0.5
-    length, _ = style.prefixed(max(size), "m")
+    length, _ = style.axis_unit(max(size), "m")
     y, x = (
         np.append(np.arange(0, points, block), points) * edge * length
         for points, block, edge in zip(shape, blocks, contact.surface.pixel, strict=True)
@@ -140,7 +140,7 @@ def section(
     lines_tall = (_LINES + _BETWEEN) * bool(lines)
     tall = _ABOVE + lines_tall + 2 * height + _BETWEEN + _BELOW
     figure = Figure(figsize=(_PAGE, tall), dpi=style.DPI)
-    factor, unit = style.prefixed(length, "m")
+    factor, unit = style.axis_unit(length, "m")
     for column, line in enumerate(lines):
         _draw_line(_panel(figure, column, _ABOVE, _LINES), line, cut, factor)
     for number, field in enumerate(fields):
@@ -265,7 +265,7 @@ def profile(
 
 def _draw_strength(axes: Axes, result: DepthProfile, depths: Array, loaded: bool) -> None:
     top = max(float(result.von_mises.max()), float(result.strength[0]))
-    factor, unit = style.prefixed(top, "Pa")
+    factor, unit = style.axis_unit(top, "Pa")
     lines = [(result.residual_von_mises, style.SERIES[1], "--", "residual")]
     if loaded:
         lines.append((result.von_mises, style.SERIES[0], "-", "under load"))
@@ -279,7 +279,7 @@ def _draw_strength(axes: Axes, result: DepthProfile, depths: Array, loaded: bool
 
 def _draw_residual(axes: Axes, result: DepthProfile, depths: Array) -> None:
     residual = np.diagonal(result.residual_stress, axis1=-2, axis2=-1)
-    factor, unit = style.prefixed(float(np.abs(residual).max()), "Pa")
+    factor, unit = style.axis_unit(float(np.abs(residual).max()), "Pa")
     for axis, colour, line in zip("xyz", style.SERIES, ("-", "--", ":"), strict=False):
         values = residual[:, "xyz".index(axis)] * factor
         draw_steps(axes, values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
@@ -317,7 +317,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
     ):
         draw_steps(axes, 100 * values, depths, style.SERIES[0], "-", "")
         style.name_axes(axes, name)
-    factor, unit = style.prefixed(float(answer.max_von_mises.max()), "Pa")
+    factor, unit = style.axis_unit(float(answer.max_von_mises.max()), "Pa")
     residual, loaded = answer.max_residual_von_mises * factor, answer.max_von_mises * factor
     draw_steps(grid[2], residual, depths, style.SERIES[1], "--", "residual")
     if result.solution.load:
@@ -351,7 +351,7 @@ def path(result: ElastoplasticResult) -> Figure:
     steps = result.increments
     figure, grid = style.panels(10.8, 8.2, 2, 2, sharex=True)
     load = np.array([0.0, *(step.load for step in steps)])
-    factor, unit = style.prefixed(float(load.max()), "N")
+    factor, unit = style.axis_unit(float(load.max()), "N")
     abscissa, over = load * factor, f"load [{unit}]"
     if result.has_moved:
         # Under a constant load, all points would coincide.
@@ -366,7 +366,7 @@ def path(result: ElastoplasticResult) -> Figure:
     for axes, (answer, name, dimension) in zip(grid.ravel(), quantities, strict=True):
         values = np.array([0.0, *answer])
         top = float(values.max())
-        scale, shown = (1.0, "%") if dimension == "%" else style.prefixed(top, dimension)
+        scale, shown = (1.0, "%") if dimension == "%" else style.axis_unit(top, dimension)
         x, y = abscissa, values * scale
         for kind, colour, line, label in (
             (False, style.SERIES[0], "-", "loading"),
@@ -465,7 +465,7 @@ def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[_LineOf]:
         (plane.pressure, "pressure", "Pa"),
         (plane.residual_displacement, "residual displacement", "m"),
     ):
-        factor, shown = style.prefixed(float(np.abs(values).max()), unit)
+        factor, shown = style.axis_unit(float(np.abs(values).max()), unit)
         lines.append((values * factor, f"{name} [{shown}]", min(0.0, float(values.min()) * factor)))
     return lines
 
@@ -478,7 +478,7 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
     colours = style.field_colours(bad=style.OPEN)
     strain = 100 * plane.accumulated[part]
     residual = plane.residual_von_mises[part]
-    factor, unit = style.prefixed(float(residual.max()), "Pa")
+    factor, unit = style.axis_unit(float(residual.max()), "Pa")
     fields = [
         (
             np.where(strain > 0, strain, np.nan),
@@ -503,7 +503,7 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
         number = "xyz".index(axis)
         normal = plane.residual_stress[part][..., number, number]
         top = float(np.abs(normal).max())
-        factor, unit = style.prefixed(top, "Pa")
+        factor, unit = style.axis_unit(top, "Pa")
         name = rf"residual stress $\sigma_{{{axis * 2}}}$ [{unit}], red: tension"
         top = top * factor or 1.0
         fields.append((normal * factor, name, colormaps["RdBu_r"], -top, top))
@@ -514,7 +514,7 @@ def _label_depths(grid: NDArray[Any], faces: Array, accumulated: Array) -> Array
     """Label panels with the depth of layers as common axis; return the faces in its unit."""
     from matplotlib.ticker import MaxNLocator
 
-    length, unit = style.prefixed(float(faces[-1]), "m")
+    length, unit = style.axis_unit(float(faces[-1]), "m")
     for axes in grid:
         style.plain_axes(axes)
         axes.xaxis.set_major_locator(MaxNLocator(4))

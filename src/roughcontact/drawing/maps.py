@@ -470,7 +470,7 @@ def draw_gap(
     blocks = style.cell_size(shape, size, cells)
     values = open_gap(result.contact, result.gap, blocks)
     top = gap_limit(values)
-    factor, unit = style.prefixed(top, "m")
+    factor, unit = style.axis_unit(top, "m")
     image = style.draw_map(axes, values * factor, size, blocks, shape)
     image.set_cmap(colormaps["Blues"].with_extremes(bad=style.MISSING))
     image.set_clim(0, top * factor)
@@ -494,7 +494,7 @@ def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     values = style.cell_mean(surface.heights, blocks)
     values -= np.nanmean(surface.heights)
     low, high, below, above = height_limits(values)
-    factor, unit = style.prefixed(max(abs(low), abs(high)), "m")
+    factor, unit = style.axis_unit(max(abs(low), abs(high)), "m")
     image = style.draw_map(axes, values * factor, surface.size, blocks, surface.shape)
     image.set_cmap(colormaps["viridis"].with_extremes(bad=style.MISSING))
     image.set_clim(low * factor, high * factor)
@@ -516,7 +516,7 @@ def _draw_pressure(
 ) -> _Drawn:
     blocks = style.cell_size(pressure.shape, size, cells)
     values = style.cell_max(pressure, blocks)
-    factor, unit = style.prefixed(top, "Pa")
+    factor, unit = style.axis_unit(top, "Pa")
     values = np.where(values > 0, values * factor, np.nan)
     image = style.draw_map(axes, values, size, blocks, pressure.shape, corner)
     image.set_cmap(
@@ -528,7 +528,7 @@ def _draw_pressure(
 
 def _pressure_bar(axes: Axes, image: AxesImage, top: float, over: bool) -> None:
     style.colour_bar(
-        axes, image, f"pressure [{style.prefixed(top, 'Pa')[1]}]", "max" if over else "neither"
+        axes, image, f"pressure [{style.axis_unit(top, 'Pa')[1]}]", "max" if over else "neither"
     )
 
 

@@ -133,7 +133,7 @@ def bearing_curve(surface: Surface) -> Figure:
     """
     ratio, height, core, upper = bearing_parts(surface)
     lower = upper - core["Sk"]
-    scale = factor, unit = style.prefixed(float(np.abs(height).max()), "m")
+    scale = factor, unit = style.axis_unit(float(np.abs(height).max()), "m")
     figure, axes = style.panels(7.2, 5.2)
     first, second = 100 * core["Smr1"], 100 * core["Smr2"]
     axes.plot(100 * ratio, height * factor, color=style.SERIES[0], lw=2.2, zorder=3)
@@ -253,14 +253,14 @@ def draw_lines(
     """Draw profiles above their pressures; the grid has two rows, and a column for each line."""
     from matplotlib.ticker import MaxNLocator
 
-    height_factor, height_unit = style.prefixed(
+    height_factor, height_unit = style.axis_unit(
         max(_largest(line.before, line.under) for line in lines), "m"
     )
     top = max(_largest(line.pressure) for line in lines)
     # Ceilings far above all pressures do not extend the axis.
     ceilings = [line.ceiling for line in lines if line.ceiling is not None]
     top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
-    pressure_factor, pressure_unit = style.prefixed(top, "Pa")
+    pressure_factor, pressure_unit = style.axis_unit(top, "Pa")
     for (upper, lower), line in zip(grid.T, lines, strict=True):
         _draw_profile(upper, line, factor, height_factor)
         _draw_pressure(lower, line, top, factor, pressure_factor)
@@ -322,7 +322,7 @@ def draw_histogram(
     below = [result.pressure[result.contact & ~result.saturated] for result in results]
     bins = (_logarithmic if scale == "log" else linear_bins)(results, below)
     edges, shown, (_, last) = bins
-    factor, unit = style.prefixed(last, "Pa")
+    factor, unit = style.axis_unit(last, "Pa")
     widths, per = np.diff(edges) * factor, unit
     if scale == "log":
         widths, per = np.diff(np.log10(edges)), "decade"
@@ -497,8 +497,8 @@ def versus_hertz(result: ContactResult) -> Figure:
     distance, mean, largest = _mean_lines(result, smooth) if line else _rings(result, smooth)
     half = smooth.semi_axes[0]
     ends = _distance_ends(distance, largest, half, line)
-    factor, unit = style.prefixed(max(map(abs, ends)), "m")
-    scale, pressure_unit = style.prefixed(max(float(largest.max()), smooth.max_pressure), "Pa")
+    factor, unit = style.axis_unit(max(map(abs, ends)), "m")
+    scale, pressure_unit = style.axis_unit(max(float(largest.max()), smooth.max_pressure), "Pa")
     figure, axes = style.panels(7.2, 5.0)
     where = "along the axis" if line else "on the ring"
     axes.plot(
@@ -577,8 +577,8 @@ def heights(surface: Surface) -> Figure:
     """
     z, spacing = surface.heights[0], surface.pixel[1]
     x = spacing * (np.arange(z.size) + 0.5)
-    along, unit_along = style.prefixed(surface.size[1], "m")
-    up, unit_up = style.prefixed(float(np.nanmax(np.abs(z))), "m")
+    along, unit_along = style.axis_unit(surface.size[1], "m")
+    up, unit_up = style.axis_unit(float(np.nanmax(np.abs(z))), "m")
     figure, axes = style.panels(10.6, 3.8)
     axes.plot(x * along, z * up, color=style.SERIES[0], lw=0.9)
     axes.set_xlim(0, surface.size[1] * along)

@@ -59,7 +59,7 @@ SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#00
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
-def prefixed(largest: float, unit: str) -> tuple[float, str]:
+def axis_unit(largest: float, unit: str) -> tuple[float, str]:
     """Return factor and prefixed unit of a quantity for an axis."""
     # The margin gives 999.9999999 µm, a sum of pixels, the prefix of 1 mm.
     if unit == "m²":
@@ -74,7 +74,7 @@ def prefixed_window(first: float, last: float) -> tuple[float, str]:
 
     They suit the shown length, unless positions far from zero would need too many digits.
     """
-    return prefixed(max(last - first, 0.1 * abs(last)), "m")
+    return axis_unit(max(last - first, 0.1 * abs(last)), "m")
 
 
 def in_unit(value: float, scale: tuple[float, str], symbol: str) -> str:

@@ -75,7 +75,7 @@ class Mixer:
         pairs = list(self._steps) if self._last is None else [*self._steps, self._last]
         for pair in pairs:
             for parts in pair:
-                parts[part] = embedded(parts[part], place, new.size)
+                parts[part] = embed_columns(parts[part], place, new.size)
 
     def mix(self, x: Parts, defect: Parts) -> Parts:
         """Return the next iterate."""
@@ -140,7 +140,7 @@ class Mixer:
         return result
 
 
-def embedded(values: Array, place: Array, size: int) -> Array:
+def embed_columns(values: Array, place: Array, size: int) -> Array:
     """Return the columns at given places of a wider array that is zero elsewhere."""
     wider = np.zeros((5, size), values.dtype)
     wider[:, place] = values
@@ -430,7 +430,7 @@ class IncrementLoop:
     def _enlarge_volume(self) -> bool:
         """Enlarge the volume if plastic strain has reached its bottom or its edge."""
         surface, old = self.problem.pair, self.extent
-        new = old.enlarged(
+        new = old.enlarge(
             surface.shape,
             surface.pixel,
             deeper=self._deepen and any(parts[-1].any() for parts in self._added),
@@ -537,7 +537,7 @@ class IncrementLoop:
                 if place.size > old_places[layer].size:
                     mixer.grow(len(x) + layer, old_places[layer], place)
                     index = np.searchsorted(place, old_places[layer])
-                    old[layer] = embedded(old[layer], index, place.size)
+                    old[layer] = embed_columns(old[layer], index, place.size)
             self._places[number] = places
             x += flowed
             y += old

@@ -207,7 +207,7 @@ class Extent(NamedTuple):
         """Return the grid of a layer below a map of some shape."""
         return shape[0] + 2 * self.margin, shape[1] + 2 * self.margin
 
-    def enlarged(self, shape: Shape, pixel: Pixel, *, deeper: bool, wider: bool) -> Extent:
+    def enlarge(self, shape: Shape, pixel: Pixel, *, deeper: bool, wider: bool) -> Extent:
         """Return a deeper or wider extent, up to a maximum depth and margin."""
         thickness, margin = list(self.thickness), self.margin
         (ny, nx), (dy, dx) = self.grid(shape), pixel

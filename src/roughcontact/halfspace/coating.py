@@ -183,13 +183,13 @@ class _Layer:
             result += _product(risen, self.rising)
         return result
 
-    def falling(self) -> NDArray[Any]:
+    def falling_waves(self) -> NDArray[Any]:
         """Return the amplitudes of falling waves under unit σ_xz and σ_zz on the upper face."""
         return _inverse(self.state(np.zeros_like(self.rising[0, 0]))[2:4])
 
     def compliance(self) -> NDArray[Any]:
         """Return the displacements of the upper face under unit tractions on it."""
-        return _product(self.state(np.zeros_like(self.rising[0, 0]))[:2], self.falling())
+        return _product(self.state(np.zeros_like(self.rising[0, 0]))[:2], self.falling_waves())
 
 
 def _layers(material: Material, waves: NDArray[Any]) -> list[_Layer]:
@@ -249,7 +249,7 @@ def waves_below(material: Material, waves: Array, depth: float) -> NDArray[Any]:
     traction[1] = -1
     above = 0.0
     for layer, item in zip(_layers(material, scaled), (*material.coating, None), strict=False):
-        amplitudes = _product(layer.falling(), traction)
+        amplitudes = _product(layer.falling_waves(), traction)
         if item is None or depth <= above + item.thickness:
             return _product(layer.state(waves * (depth - above)), amplitudes)[2:, 0]
         assert layer.thickness is not None

@@ -129,7 +129,7 @@ def field_of(
             integrated, waves = long.divide(waves)
             own = unit_loads(pixel, poisson_at(material, depth))
             kernels = long.integrate(integrated, terms)
-            known = responses.sampled(partial(_sum_kernels, own, depth, kernels))
+            known = responses.sample(partial(_sum_kernels, own, depth, kernels))
 
         def block(columns: slice) -> NDArray[Any]:
             added = waves.components(qy[:, None], qx[columns])

@@ -304,7 +304,7 @@ class Convolution:
         (my, mx), (ny, width) = self.padded, self._rows
         blocks, starts, work = self._blocks, support.starts, self.workspace
         fields = np.atleast_2d(values)
-        spectra = work.shared((len(fields) * ny, width), self._complex).reshape(-1, ny, width)
+        spectra = work.shared_array((len(fields) * ny, width), self._complex).reshape(-1, ny, width)
         scale = self.softness / (my * mx)
 
         def forward(number: int) -> None:

@@ -246,7 +246,7 @@ class Workspace:
         if self._memory.size < size:
             self._memory = np.empty(size, np.uint8)
 
-    def shared(self, shape: Shape, dtype: type) -> NDArray[Any]:
+    def shared_array(self, shape: Shape, dtype: type) -> NDArray[Any]:
         """Return the array that all operators share; its content is undefined."""
         size = shape[0] * shape[1] * np.dtype(dtype).itemsize
         self.reserve(size)

@@ -126,7 +126,7 @@ class Responses:
         for spectrum, one in zip(self._spectra, sources, strict=True):
             self._transform(one, spectrum)
 
-    def sampled(
+    def sample(
         self,
         sample: Callable[[NDArray[np.int64], NDArray[np.int64]], Iterable[NDArray[np.float64]]],
         every: tuple[int, int] = (1, 1),
@@ -199,7 +199,7 @@ class Responses:
         """
         (ny, nx), (_, mx) = self.shape, self.padded
         width = symbols.highest[1] + 1
-        spectra = self.workspace.shared((self.count * ny, width), self._complex)
+        spectra = self.workspace.shared_array((self.count * ny, width), self._complex)
         spectra = spectra.reshape(self.count, ny, width)
 
         def columns(part: slice) -> None:
@@ -426,11 +426,11 @@ def field_of(
     def free(depth: float) -> tuple[Responses, Symbols]:
         every = steps(shape, pixel, depth) if precision == "single" else (1, 1)
         if max(every) == 1:
-            return near, near.sampled(partial(loads.sample_pixels, depth))
+            return near, near.sample(partial(loads.sample_pixels, depth))
         if not far:
             far.append(responses(_blending_period(shape)))
-        sample = partial(blended, partial(loads.sample_points, depth), terms, shape, far[0].padded)
-        return far[0], _spread_forces(far[0].sampled(sample, every), pixel, far[0].padded)
+        sample = partial(blend, partial(loads.sample_points, depth), terms, shape, far[0].padded)
+        return far[0], _spread_forces(far[0].sample(sample, every), pixel, far[0].padded)
 
     return Field(unit, shape, near.real, free)
 
@@ -607,7 +607,7 @@ def _images(offsets: Offsets, points: int, period: int) -> list[_Image]:
     return images
 
 
-def blended(
+def blend(
     kernels: Callable[[Offsets, Offsets], Iterator[Array]],
     terms: list[Term],
     shape: Shape,

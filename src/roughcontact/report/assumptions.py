@@ -53,7 +53,7 @@ class Case:
         """Contact modulus E* [Pa]."""
         return contact_modulus(*self.bodies)
 
-    def prepared_by(self, method: str) -> bool:
+    def is_prepared_by(self, method: str) -> bool:
         """Return whether a preparation step of any map has this name."""
         return any(step.method == method for item in self.origins for step in item.operations)
 
@@ -164,9 +164,9 @@ def _holes(case: Case) -> str:
     if case.contact is not None and (gone := int(np.count_nonzero(np.isnan(case.contact.gap)))):
         share = format_percent(gone / case.contact.gap.size)
         text.append(f"{count_noun(gone, 'point')} ({share}) without height are never in contact")
-    elif case.prepared_by("masked"):
+    elif case.is_prepared_by("masked"):
         text.append("points without height are never in contact")
-    if case.prepared_by("filled"):
+    if case.is_prepared_by("filled"):
         text.append("filled points are interpolated, not measured")
     return "; ".join(text)
 

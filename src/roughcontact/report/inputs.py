@@ -24,12 +24,12 @@ from roughcontact.report.kind import (
     Table,
     always,
     capitalize_first,
-    delegated,
+    delegate_quantity,
     format_value,
     quantity_of,
 )
 from roughcontact.surface import roughness
-from roughcontact.surface.cleaning import filling
+from roughcontact.surface.cleaning import filling_for
 from roughcontact.surface.surface import Surface
 from roughcontact.units import (
     count_noun,
@@ -226,7 +226,9 @@ def _options(result: Measured) -> list[str]:
     if spike_statistics(result.leveled) is not None:
         words.append("--outliers 6")
     if words or result.surface.missing:
-        words.append(f"--missing {filling(result.surface.missing / result.surface.heights.size)}")
+        words.append(
+            f"--missing {filling_for(result.surface.missing / result.surface.heights.size)}"
+        )
     return words
 
 
@@ -235,7 +237,7 @@ def _brief_parameters(surface: Surface) -> list[Cells]:
     wave, rows = roughness.profile_cutoff(surface.size[1]), []
     if wave is not None:
         head = f"λc {format_engineering(wave, 'm')}"
-        rows.append((head, ("Rq", "Ra", "Rz", "Rt"), filtered(surface)))
+        rows.append((head, ("Rq", "Ra", "Rz", "Rt"), filtered_parameters(surface)))
     rows.append(("all waves", ("Pq", "Pa", "Pz", "Pt"), surface.roughness()))
     return [
         (head, *(f"{name} {_parameter(values[name], 'm')}" for name in names))
@@ -324,19 +326,19 @@ _MISSING_PART = (
 )
 
 FILE = (
-    *(delegated("surface", quantity) for quantity in SURFACE if quantity.key != "missing"),
+    *(delegate_quantity("surface", quantity) for quantity in SURFACE if quantity.key != "missing"),
     Quantity("Sq", "Sq [m]", of="surface.Sq", text=partial(_both, name="Sq", unit="m")),
     Quantity("Sq_leveled", "[m]", of="leveled.Sq"),
     Quantity("Sdq", "Sdq", of="surface.Sdq", text=partial(_both, name="Sdq", unit="1")),
     Quantity("Sdq_leveled", of="leveled.Sdq"),
-    delegated("surface", quantity_of(SURFACE, "missing")),
+    delegate_quantity("surface", quantity_of(SURFACE, "missing")),
     *_MISSING_PART,
     Quantity("roughness_leveled", of=lambda result: result.leveled.roughness()),
 )
 """Quantities of a map in a file, `Measured`."""
 
 FILE_OF_PROFILE = (
-    *(delegated("surface", quantity) for quantity in TRACE),
+    *(delegate_quantity("surface", quantity) for quantity in TRACE),
     *_MISSING_PART,
     Quantity(
         "cutoff",
@@ -350,7 +352,7 @@ FILE_OF_PROFILE = (
         ),
     ),
     Quantity("primary", of=lambda result: result.leveled.roughness()),
-    Quantity("roughness", of=lambda result: filtered(result.leveled)),
+    Quantity("roughness", of=lambda result: filtered_parameters(result.leveled)),
 )
 """Quantities of a profile in a file, `Measured`."""
 
@@ -360,7 +362,7 @@ def file_table(result: Measured) -> Table:
     return FILE_OF_PROFILE if result.surface.is_profile else FILE
 
 
-def filtered(surface: Surface) -> dict[str, float]:
+def filtered_parameters(surface: Surface) -> dict[str, float]:
     """Return the parameters of a leveled profile without waves longer than λc, by symbol."""
     wave = roughness.profile_cutoff(surface.size[1])
     if wave is None:
@@ -375,7 +377,7 @@ def filtered(surface: Surface) -> dict[str, float]:
     return roughness.profile_parameters(heights[first : first + points], spacing, sections)
 
 
-def measured(surface: Surface) -> Measured:
+def measured_map(surface: Surface) -> Measured:
     """Return a map as stored in a file, and leveled."""
     return Measured(surface, surface.leveled())
 
@@ -398,7 +400,7 @@ PROFILE_ROUGHNESS = {
 
 def profile_parameters(surface: Surface) -> list[tuple[str, str, str, str]]:
     """Return rows of name, value of the primary and roughness profile, and meaning."""
-    whole, rough = surface.roughness(), filtered(surface)
+    whole, rough = surface.roughness(), filtered_parameters(surface)
     return [
         (
             f"P{name}, R{name}",

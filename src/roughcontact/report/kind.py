@@ -264,7 +264,7 @@ def quantity_of(table: Table, key: str) -> Quantity:
     return next(quantity for quantity in table if quantity.key == key)
 
 
-def delegated(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
+def delegate_quantity(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
     """Return a quantity of an attribute of a result as a quantity of the result."""
 
     def delegate(call: Callable[[Any], Any]) -> Callable[[Any], Any]:

@@ -98,7 +98,7 @@ def ceiling_text(
     if automatic:
         return f"{text}, three times the yield strength{whose}"
     if agreed is not None:
-        return f"{text}, {recommended(agreed)}"
+        return f"{text}, {ceiling_method(agreed)}"
     factor = float(ceiling) / body.yield_strength
     return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
 
@@ -202,7 +202,7 @@ def _line_load(value: float) -> str:
 _FEW_LOADS = 4
 
 
-def recommended(result: CalibrationRecord) -> str:
+def ceiling_method(result: CalibrationRecord) -> str:
     """Return the method of a self-consistent ceiling as text."""
     if math.isnan(result.mismatch):
         return f"{result.factor:.3g} yield strengths, not calibrated"

@@ -84,13 +84,13 @@ FACE_RULES = (
 
 def loads(request: Request) -> list[Any]:
     """Return the loads of the contacts of a joint, in their given form."""
-    from roughcontact.contact.load_case import NominalPressure, spaced
+    from roughcontact.contact.load_case import NominalPressure, space_values
 
     single = request.get(LOAD)
     if single is not None:
         return list(single)
-    first, last = request.needed(FROM), request.needed(TO)
-    return [NominalPressure(pressure) for pressure in spaced(first, last, request[STEPS])]
+    first, last = request.require(FROM), request.require(TO)
+    return [NominalPressure(pressure) for pressure in space_values(first, last, request[STEPS])]
 
 
 def check_pressures(request: Request) -> None:

@@ -123,7 +123,7 @@ RULES = (
 )
 
 
-def measured(request: Request, result: ContactResult, look: OnProgress) -> ContactResult:
+def add_intervals(request: Request, result: ContactResult, look: OnProgress) -> ContactResult:
     """Return a contact with its uncertainty intervals."""
     return replace(result, measurement=result.uncertainty(**how(request), progress=look))
 

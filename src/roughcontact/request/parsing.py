@@ -146,7 +146,7 @@ def int_parser(minimum: int, maximum: int) -> Parser[int]:
     return parsed
 
 
-def counted_or_auto(minimum: int, maximum: int) -> Parser[int | str]:
+def count_or_auto(minimum: int, maximum: int) -> Parser[int | str]:
     """Return a parser of integers from ``minimum`` to ``maximum``, or ``"auto"``."""
 
     @parser("NUMBER|auto")

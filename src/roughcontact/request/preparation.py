@@ -17,7 +17,7 @@ from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, OptionValues
 from roughcontact.surface import placement
-from roughcontact.surface.cleaning import MAX_FILLED_SHARE, filling
+from roughcontact.surface.cleaning import MAX_FILLED_SHARE, filling_for
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_percent
 
@@ -36,14 +36,14 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         fits = request.require_prepared
         surface = reader(path, fits, *reading)
         if str(path) in request.names:
-            known = surface.provenance.known_as(Path(request.names[str(path)]).name)
+            known = surface.provenance.with_name(Path(request.names[str(path)]).name)
             surface = replace(surface, provenance=known)
         maps.append(_prepare(request, requested, surface, path))
     if request.file is None:
-        points = requested.needed(options.POINTS)
+        points = requested.require(options.POINTS)
         request.require_memory(points)
         pixel = pixel_of(requested[options.SIZE], points)
-        maps.insert(0, requested.needed(options.BODY)(shape=points, pixel=pixel))
+        maps.insert(0, requested.require(options.BODY)(shape=points, pixel=pixel))
     elif form is not None:
         maps[0] = maps[0].with_form(form.sample_body(maps[0]))
     if request.aligned:
@@ -68,7 +68,7 @@ def preparation(request: Request) -> OptionValues:
     return OptionValues(Command(request.task.name, "", prepares), request.values)
 
 
-def prepared_by(request: Request) -> str:
+def preparation_key(request: Request) -> str:
     """Return a cache key of the prepared maps of a request: its files and options."""
     requested = preparation(request)
     values = {option.name: requested[option] for option in requested.task.options}
@@ -112,7 +112,7 @@ def _prepare(request: Request, requested: OptionValues, surface: Surface, path: 
     if surface.missing and holes == "error":
         raise InputError(
             f"{path.name} has {surface.missing} missing points; choose "
-            f"{ArgumentRef('missing', filling(share))} (smooth interpolation), "
+            f"{ArgumentRef('missing', filling_for(share))} (smooth interpolation), "
             f"{ArgumentRef('missing', 'mask')} (no contact there) or "
             f"{ArgumentRef('missing', 'crop')} (the largest rectangle without them), or crop it "
             f"with {ArgumentRef('crop')}"

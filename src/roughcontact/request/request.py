@@ -272,7 +272,7 @@ class Request(OptionValues):
         """Raise `InsufficientMemoryError` unless preparation and analysis of a map fit."""
         from roughcontact.surface.grid import PREPARED, require_memory
 
-        grid = self.cropped(shape)
+        grid = self.cropped_points(shape)
         require_memory(grid, PREPARED, "preparing a map")
         # If the grid depends on heights or sides, it is known only after the map is read.
         if self[shared.MISSING] == "crop" or self[shared.PIXEL] is not None or self.aligned:
@@ -316,7 +316,7 @@ class Request(OptionValues):
         count = len(drawn) + self[shared.DRAWS] if drawn else 0
         return 1 + count + any(map(self.is_given, (shared.COUNTER_SURFACE, shared.COUNTER_BODY)))
 
-    def cropped(self, shape: tuple[int, int]) -> tuple[int, int]:
+    def cropped_points(self, shape: tuple[int, int]) -> tuple[int, int]:
         """Return the number of points of a map after cropping."""
         crop = self[shared.CROP]
         if crop is None:

@@ -22,7 +22,7 @@ from roughcontact.request.outcome import (
     solve_uncalibrated,
 )
 from roughcontact.request.outputs import Say
-from roughcontact.request.preparation import prepared_by, surfaces
+from roughcontact.request.preparation import preparation_key, surfaces
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import each_part
 
@@ -65,7 +65,7 @@ def shared_runner() -> Iterator[Callable[..., Outcome]]:
         known: dict[str, Sequence[Surface]] = {}
 
         def read_maps(request: Request, say: Say) -> Sequence[Surface]:
-            words = prepared_by(request)
+            words = preparation_key(request)
             if words in known:
                 request.require_memory(known[words][0].shape)
             else:

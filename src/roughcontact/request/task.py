@@ -108,7 +108,7 @@ class OptionValues:
         own = self.task.by_name.get(option.name)
         return None if own is None else self.values.get(own.name, own.default)
 
-    def needed(self, option: Option[T | None]) -> T:
+    def require(self, option: Option[T | None]) -> T:
         """Return the value of an option that the rules require."""
         value = self[option]
         assert value is not None

@@ -160,7 +160,7 @@ class Evaluator:
         self._tilt = np.zeros(2)
         return support.starts
 
-    def scaled_to_load(self, index: NDArray[np.int64], pressure: Array) -> Loaded:
+    def scale_to_load(self, index: NDArray[np.int64], pressure: Array) -> Loaded:
         """Return a pressure that can carry the load, near the pressure of another load.
 
         The pressure is scaled. If the ceiling of these pixels is too low, or if all saturated
@@ -322,7 +322,7 @@ def slopes(now: Iterate, moved: Array, viewer: Evaluator) -> tuple[float, float]
     return dot(direction, now.gap), dot(direction, gap)
 
 
-def projected(now: Iterate, viewer: Evaluator, rate: float) -> Array:
+def project_step(now: Iterate, viewer: Evaluator, rate: float) -> Array:
     """Return the projection of a gradient step onto the admissible pressures."""
     bound, problem = viewer.limit(now.index), viewer.problem
     target = now.pressure - rate * now.gap
@@ -340,7 +340,7 @@ def snap_to_bounds(now: Iterate, viewer: Evaluator) -> Iterate:
     nearly all pixels on their bounds, a good start may not.
     """
     bound = viewer.limit(now.index)
-    target = projected(now, viewer, 1 / viewer.unit)
+    target = project_step(now, viewer, 1 / viewer.unit)
     falls = (target <= 0) & (now.pressure > 0)
     rises = (target >= bound) & (now.pressure < bound)
     if not (falls | rises).any():

@@ -123,7 +123,7 @@ class Level:
         leaving *= self.diagonal
         return leaving
 
-    def smoothed(self, residual: Array) -> Array:
+    def smooth(self, residual: Array) -> Array:
         """Return the result of two Chebyshev steps from zero for a residual over D."""
         result: Array = self._average @ residual
         result *= _SECOND
@@ -190,7 +190,7 @@ class Multigrid:
         if depth == len(self._groups):
             return np.asarray(self._factors.solve(residual * level.diagonal))
         group = self._groups[depth]
-        result = level.smoothed(residual)
+        result = level.smooth(residual)
         residual -= level.excess(result)
         diagonal = self.levels[depth + 1].diagonal
         coarse = _sum_by_group(group, residual * level.diagonal, diagonal.size)
@@ -198,7 +198,7 @@ class Multigrid:
         change = self._solve_level(depth + 1, coarse)[group]
         residual -= level.excess(change)
         result += change
-        result += level.smoothed(residual)
+        result += level.smooth(residual)
         return result
 
     def _solve_level(self, depth: int, residual: Array) -> Array:

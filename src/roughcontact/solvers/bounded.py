@@ -231,7 +231,7 @@ def _solve_level(
     viewer = active_set.Evaluator(problem, operator, family, pixel, tolerance, max_iterations)
     loaded = first()
     if warm:
-        loaded = viewer.scaled_to_load(*loaded)
+        loaded = viewer.scale_to_load(*loaded)
     now = best = viewer.evaluate(*active_set.project_admissible(viewer.problem, loaded))
     del loaded
     iteration, fruitless, bursts = 0, 0, 0
@@ -323,7 +323,7 @@ def projected_gradient(
     for _ in range(steps):
         if viewer.convolutions + 2 > viewer.max_iterations:
             break
-        target = active_set.projected(now, viewer, rate)
+        target = active_set.project_step(now, viewer, rate)
         after = viewer.evaluate(now.index, target)
         start, end = active_set.slopes(now, target, viewer)
         if not start < end:

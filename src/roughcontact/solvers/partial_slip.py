@@ -256,26 +256,26 @@ class _Blocks:
         weight : ndarray, shape (2, n)
             Response of the wrapped inverse to a uniform displacement, by component.
         """
-        yielding = 1 / self.added(weight)
+        yielding = 1 / self.block_sums(weight)
         own, itself = yielding * self.own, self.softness * self.blocks.self_displacement
 
         def shared(values: Array) -> Array:
-            common = yielding * self.added(weight * values)
-            common -= yielding * forces_on_blocks(self.displaced, common, own, itself)
+            common = yielding * self.block_sums(weight * values)
+            common -= yielding * forces_on_blocks(self.displacement, common, own, itself)
             spread = np.zeros((2, self.number))
             spread[:, self.touching] = common
             return weight * spread[:, self.block]
 
         return shared
 
-    def added(self, values: Array) -> Array:
+    def block_sums(self, values: Array) -> Array:
         """Return the sums of both components over the pixels of each block in contact."""
         parts: Array = np.stack(
             [np.bincount(self.block, row, minlength=self.number) for row in values]
         )
         return parts[:, self.touching]
 
-    def displaced(self, force: Array) -> Array:
+    def displacement(self, force: Array) -> Array:
         """Return C times the forces on the blocks."""
         return self.blocks.gather(self.support, force) * self.softness
 
@@ -350,7 +350,7 @@ class _Solver:
         """Return s = t + f - K q."""
         return state.shift[:, None] + self.offset - state.displacement
 
-    def projected(self, values: Array) -> tuple[Array, Array]:
+    def project(self, values: Array) -> tuple[Array, Array]:
         """Return the nearest admissible traction, and its shift."""
         if self.total is None:
             return project_to_discs(values, self.bound), np.zeros(2)
@@ -383,7 +383,7 @@ class _Solver:
                 tried = self.newton_step(state, merit, 0.5 * tolerance * size)
                 newton += 1
                 state = self.descend(state) if tried is None else tried
-            solution = self.certified(state, newton)
+            solution = self.certify(state, newton)
             if solution.certificate <= tolerance and solution.force_error <= FORCE_TOLERANCE:
                 return replace(solution, status=Status.CONVERGED)
             # The projection onto the discs has moved the traction.
@@ -400,7 +400,7 @@ class _Solver:
         shift = np.zeros(2) if given is None else given / self.length
         rough = self.problem.start is None and self.blocks is None
         if self.problem.start is not None:
-            traction = self.projected(self.problem.start / self.pressure)[0]
+            traction = self.project(self.problem.start / self.pressure)[0]
         elif not rough:
             traction = self.from_coarser()
         else:
@@ -413,7 +413,7 @@ class _Solver:
             # Estimate the shift first: from far away the projection does not find it.
             shift = -(self.bound * self.compute_slip(state)).sum(axis=1) / float(self.bound.sum())
             state = replace(state, shift=shift)
-        return replace(state, shift=shift + self.projected(traction + self.compute_slip(state))[1])
+        return replace(state, shift=shift + self.project(traction + self.compute_slip(state))[1])
 
     def from_coarser(self) -> Array:
         """Return the traction with the ratio to its bound from a grid of doubled pixels."""
@@ -454,7 +454,7 @@ class _Solver:
         length = 1.0
         for _ in range(_GRADIENT_STEPS):
             slip = self.compute_slip(state)
-            traction, moved = self.projected(state.traction + length * slip)
+            traction, moved = self.project(state.traction + length * slip)
             following = _State(traction, self.apply_single(traction), state.shift + moved / length)
             change = traction - state.traction
             square = self.dot(change, change)
@@ -538,9 +538,9 @@ class _Solver:
             response *= length
             residual = residual - response
 
-    def certified(self, state: _State, steps: int) -> PartialSlipSolution:
+    def certify(self, state: _State, steps: int) -> PartialSlipSolution:
         """Return the nearest admissible traction and the certificate computed from it."""
-        traction, _ = self.projected(state.traction)
+        traction, _ = self.project(state.traction)
         final = self.make_state(traction, state.shift)
         slip = self.compute_slip(final)
         change = norm((traction - project_to_discs(traction + slip, self.bound)).ravel())

@@ -453,7 +453,7 @@ def _impose_moments(
             break
         aim = _next_moments(state.aim, missed, len(parts))
         try:
-            ranks = _normalize_heights(height_distribution.fitted(*aim).heights(scores))
+            ranks = _normalize_heights(height_distribution.fit_johnson(*aim).heights(scores))
         except ValueError:
             # The target moments are outside of all distributions.
             raise InputError(

@@ -360,7 +360,7 @@ class Instrument:
     def image(self, heights: Array, pixel: tuple[float, float], points: tuple[int, int]) -> Array:
         """Return the noiseless image of periodic heights on a coarser grid."""
         if self.tip_radius:
-            heights = dilated(heights, pixel, self.tip_radius)
+            heights = dilate(heights, pixel, self.tip_radius)
         steps = [fine // coarse for fine, coarse in zip(heights.shape, points, strict=True)]
         edges = pixel[0] * steps[0], pixel[1] * steps[1]
         spectrum = fft.rfft2(heights) * self.transfer(heights.shape, pixel, edges)
@@ -391,7 +391,7 @@ class Instrument:
         pupil = round_pupil(_HALF * x) if self.shape < 1 else np.ones_like(x)
         return np.asarray(pupil ** (1 - self.shape) * np.exp2(-self.shape * x**2))
 
-    def changed(self, shape: float = 0.0, **factors: float) -> Instrument:
+    def vary(self, shape: float = 0.0, **factors: float) -> Instrument:
         """Return the instrument with some lengths multiplied by factors, and another shape."""
         lengths = {key: getattr(self, key) * by for key, by in factors.items()}
         return replace(self, **lengths, shape=self.shape + shape)
@@ -421,7 +421,7 @@ def _read_transfer(path: Path) -> tuple[Array, Array]:
     return 1e3 * table[:, 0], table[:, 1]
 
 
-def dilated(heights: Array, pixel: Pixel, tip_radius: float) -> Array:
+def dilate(heights: Array, pixel: Pixel, tip_radius: float) -> Array:
     """Return the image of periodic heights under a paraboloid of a radius."""
     from scipy import ndimage
 

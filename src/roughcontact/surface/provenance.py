@@ -109,7 +109,7 @@ class Provenance:
                 share = step.found["filled"] / step.found["points"]
         return min(share, 1.0)
 
-    def known_as(self, name: str) -> Provenance:
+    def with_name(self, name: str) -> Provenance:
         """Return the provenance with another name of the file that was read."""
         origin = self.origin
         if origin is not None and "path" in origin.arguments:

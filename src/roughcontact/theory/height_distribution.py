@@ -81,7 +81,7 @@ def usual_kurtosis(skewness: float) -> float:
     return 3 + 1.5 * skewness**2
 
 
-def fitted(skewness: float, kurtosis: float) -> Johnson:
+def fit_johnson(skewness: float, kurtosis: float) -> Johnson:
     """Return the distribution of the Johnson system with given skewness and kurtosis.
 
     Parameters
@@ -277,7 +277,7 @@ def gap_below_plane(material_ratio: Array, skewness: Array, kurtosis: Array) -> 
 @lru_cache(maxsize=512)
 def _gaps(skewness: float, kurtosis: float) -> Array:
     """Return the mean gap below planes at all normal scores, over Sq."""
-    heights = fitted(skewness, kurtosis).heights(_SCORES)
+    heights = fit_johnson(skewness, kurtosis).heights(_SCORES)
     density = np.exp(-(_SCORES**2) / 2) / math.sqrt(2 * math.pi)
     step = float(_SCORES[1] - _SCORES[0])
     mean = float(np.sum(heights * density)) * step

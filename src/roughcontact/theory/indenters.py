@@ -117,7 +117,7 @@ def mean_under_ceiling(index: float) -> float:
     return 1 - math.exp(-way * (2 + _CEILING_SQUARE * way)) / 3
 
 
-def left_under_ceiling(load_ratio: float) -> tuple[float, float]:
+def residual_indentation(load_ratio: float) -> tuple[float, float]:
     """Return the residual indentation of a sphere under a pressure ceiling.
 
     Parameters
@@ -143,7 +143,7 @@ def left_under_ceiling(load_ratio: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> [tuple(round(left, 3) for left in left_under_ceiling(ratio)) for ratio in (1, 2, 30)]
+    >>> [tuple(round(left, 3) for left in residual_indentation(ratio)) for ratio in (1, 2, 30)]
     [(0.0, 0.0), (0.142, 0.078), (7.935, 113.775)]
     """
     require_positive(load_ratio=load_ratio)

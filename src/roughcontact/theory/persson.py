@@ -76,11 +76,11 @@ def persson_fractions(
             value=mean_pressure,
         )
     item = (np.array([value]) for value in (mean_pressure, deviation, ceiling))
-    contact, saturated = diffused(*item)
+    contact, saturated = diffuse_fractions(*item)
     return float(contact[0]), float(saturated[0])
 
 
-def diffused(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
+def diffuse_fractions(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
     """Return Persson's fractions of several contacts; see `persson_fractions`.
 
     Parameters

@@ -61,7 +61,7 @@ from roughcontact.halfspace import fft
 from roughcontact.surface import filters
 from roughcontact.surface.cleaning import fill_missing
 from roughcontact.surface.form import level
-from roughcontact.surface.instrument import Instrument, dilated
+from roughcontact.surface.instrument import Instrument, dilate
 from roughcontact.surface.random_surfaces import random_amplitudes
 
 Array = NDArray[np.float64]
@@ -271,7 +271,7 @@ class Reconstruction:
         """Return the instrument with its lengths changed by standard deviations."""
         mean, spread = self.resolution
         tool = self.instrument
-        return tool.changed(
+        return tool.vary(
             resolution=math.exp(mean + spread * deviations.get("resolution", 0.0)),
             tip_radius=math.exp(tool.u_tip_radius * deviations.get("tip", 0.0)),
             noise=math.exp(tool.u_noise * deviations.get("noise", 0.0)),
@@ -331,7 +331,7 @@ class Reconstruction:
         heights = filters.resample(heights, self.shape)
         if not instrument.tip_radius:
             return heights
-        return -dilated(-heights, self.fine, instrument.tip_radius)
+        return -dilate(-heights, self.fine, instrument.tip_radius)
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
         """Return a draw of the surface, a random surface, and its simulated map.
@@ -385,7 +385,7 @@ class Reconstruction:
 
     def _fill(self, heights: Array, tip_radius: float) -> Array:
         """Return the height by which a tip fills the valleys of a surface."""
-        closed = -dilated(-dilated(heights, self.fine, tip_radius), self.fine, tip_radius)
+        closed = -dilate(-dilate(heights, self.fine, tip_radius), self.fine, tip_radius)
         return np.asarray(closed - heights)
 
     @property

@@ -110,7 +110,7 @@ def test_smoother_surface_has_significantly_larger_contact() -> None:
     assert apart == statistics.differences(values)[0, 1]
     assert "smooth against rough" in " ".join(repr(found).split())
     pairs = replace(found, paired=True)
-    assert pairs.differences("Sdq")[0, 1] == statistics.paired(
+    assert pairs.differences("Sdq")[0, 1] == statistics.paired_difference(
         *(group.values("Sdq") for group in found.groups)
     )
     split = found.components("contact_fraction")
@@ -146,7 +146,7 @@ def test_before_and_after_a_first_loading_are_pairs() -> None:
     assert after.samples[0].numbers["Sq"] == history.residual.Sq
     change = found.differences("contact_fraction")[0, 1]
     values = (group.values("contact_fraction") for group in found.groups)
-    assert change == statistics.paired(*values)
+    assert change == statistics.paired_difference(*values)
     # Flattened summits carry the smaller load on more area, and below the ceiling.
     assert change.value > 0
     assert after.values("saturated_fraction") == [0, 0, 0]

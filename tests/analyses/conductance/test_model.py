@@ -16,7 +16,7 @@ from roughcontact.analyses.conductance.model import (
     GREENWOOD_RANGE,
     filling_of,
     gap_conductance,
-    spreading,
+    spreading_resistance,
 )
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
@@ -138,7 +138,7 @@ def test_a_square_spreads_as_the_sum_over_its_parts() -> None:
     far = np.hypot(y - y[:, None], x - x[:, None])
     np.fill_diagonal(far, 1 / (4 * math.asinh(1) * 40))
     total = (1 / (2 * math.pi * far)).mean()
-    assert spreading(4.0, 0.5) == pytest.approx(2 * 0.5 * total, rel=4e-3)
+    assert spreading_resistance(4.0, 0.5) == pytest.approx(2 * 0.5 * total, rel=4e-3)
 
 
 def test_gap_filling_adds_to_contact_conductance(tmp_path: Path) -> None:

@@ -146,12 +146,12 @@ def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
         "open_points": np.array([995.0, 900, 500, 20]),
         "contact_fraction": np.array([0.005, 0.1, 0.5, 0.98]),
     }
-    found = law_curve.resolved(p, means, 10.0)
+    found = law_curve.resolved_range(p, means, 10.0)
     assert (found.low, found.high) == (3.0, 3.0)
     assert (found.low_by, found.high_by) == ("points", "contact")
-    found = law_curve.resolved(p, {**means, "contact_points": np.full(4, 1e3)}, 2.5)
+    found = law_curve.resolved_range(p, {**means, "contact_points": np.full(4, 1e3)}, 2.5)
     assert (found.low, found.high, found.low_by, found.high_by) == (2.0, 2.0, "spots", "slope")
-    found = law_curve.resolved(p, means, 1.5)
+    found = law_curve.resolved_range(p, means, 1.5)
     assert math.isnan(found.low)
     kinds = {str(caution.kind) for caution in LAW.cautions}
     assert CautionTag.FEW_MAPS in kinds

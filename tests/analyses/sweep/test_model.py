@@ -166,7 +166,7 @@ def test_contact_growth_matches_stiffness(ceiling: float | None, boundary: str) 
 def test_sweep_needs_fewer_convolutions_than_chained_solves(
     ceiling: float | None, boundary: str
 ) -> None:
-    surface, loads = rough(128), load_case.spaced(0.5, 1.0, 12)
+    surface, loads = rough(128), load_case.space_values(0.5, 1.0, 12)
     options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary}
     curve = rc.sweep(surface, loads=loads, **options)
     last, each = None, 0
@@ -237,7 +237,9 @@ def test_two_saturated_loads_have_low_load_slope() -> None:
 
 def test_low_load_slope_and_persson() -> None:
     surface = rough(128)
-    curve = rc.sweep(surface, material=STEEL, loads=load_case.spaced(0.1, 30, 6), ceiling=None)
+    curve = rc.sweep(
+        surface, material=STEEL, loads=load_case.space_values(0.1, 30, 6), ceiling=None
+    )
     # No more than 5 % of the map: theory 1.6 to 2.5, few and small spots at this size.
     assert 1.5 < curve.low_load_slope < 2.6
     contact_area, saturated = curve.persson
@@ -295,7 +297,7 @@ rc.sweep(surface, material=steel, loads={loads}, folder=sys.argv[1])
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 def test_killed_sweep_resumes(tmp_path: Path) -> None:
-    loads = load_case.spaced(0.01, 10, 25)
+    loads = load_case.space_values(0.01, 10, 25)
     surface = rough(128)
     folder = tmp_path / "sweep"
     code = CHILD.format(loads=loads)
@@ -428,7 +430,7 @@ def test_bad_loads(arguments: dict, message: str) -> None:
 def test_spacing(first: float, ratio: float, number: int) -> None:
     last = first * ratio
     for spacing in ("log", "linear"):
-        values = np.array(load_case.spaced(first, last, number, spacing))
+        values = np.array(load_case.space_values(first, last, number, spacing))
         assert values[0] == first
         assert values[-1] == last
         steps = np.diff(np.log(values) if spacing == "log" else values)
@@ -441,7 +443,7 @@ def test_spacing(first: float, ratio: float, number: int) -> None:
 )
 def test_bad_spacing(arguments: tuple) -> None:
     with pytest.raises(rc.InputError):
-        load_case.spaced(*arguments)
+        load_case.space_values(*arguments)
 
 
 def test_curve_on_disk(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from roughcontact.analyses.solve.fields import CONTACT
-from roughcontact.drawing.style import prefixed
+from roughcontact.drawing.style import axis_unit
 from roughcontact.report import inputs
 from roughcontact.report.kind import quantity_of
 
@@ -30,4 +30,4 @@ def scale_of(name: str, largest: float) -> tuple[float, str]:
     if name in _SHARES:
         return 100.0, "%"
     unit = unit_of(name)
-    return (1.0, "") if unit == "1" else prefixed(abs(largest), unit)
+    return (1.0, "") if unit == "1" else axis_unit(abs(largest), unit)

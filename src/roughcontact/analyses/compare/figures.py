@@ -85,7 +85,7 @@ def _figure(comparison: Comparison, followed: Sequence[str], compared: Sequence[
 
 def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str) -> None:
     pressures = np.array(comparison.pressures)
-    across, pressure_unit = style.prefixed(float(pressures[-1]), "Pa")
+    across, pressure_unit = style.axis_unit(float(pressures[-1]), "Pa")
     values = [sample.over_pressure(name) for sample in comparison.samples]
     up, symbol = scale_of(name, float(np.max(values)))
     for index, group in enumerate(comparison.groups):
@@ -184,7 +184,7 @@ def sampling(study: SamplingStudy) -> Figure:
     figure, axes = style.panels(7.2, 5.2)
     side = math.sqrt(study.whole.curve.nominal_area)
     sizes = np.array([side / divisions for divisions in study.levels])
-    factor, unit = style.prefixed(side, "m")
+    factor, unit = style.axis_unit(side, "m")
     ends = [float(sizes.min()), side]
     for index, item in enumerate(study.errors):
         colour = style.SERIES[index % len(style.SERIES)]

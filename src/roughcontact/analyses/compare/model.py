@@ -35,7 +35,7 @@ from roughcontact.cautions import (
     merge_cautions,
     sort_cautions,
 )
-from roughcontact.contact.load_case import spaced
+from roughcontact.contact.load_case import space_values
 from roughcontact.contact.result import BASE, CALIBRATED, COATING, MIN_SHOWN_CHANGE
 from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
 from roughcontact.halfspace.gpu import runs_on_device
@@ -144,7 +144,7 @@ class Comparison(Result):
         if self.paired:
             both = ([sample.numbers[name] for sample in group.samples] for group in self.groups)
             pairs = np.array([pair for pair in zip(*both, strict=True) if np.isfinite(pair).all()])
-            return {(0, 1): statistics.paired(*pairs.T)}
+            return {(0, 1): statistics.paired_difference(*pairs.T)}
         return statistics.differences([group.values(name) for group in self.groups])
 
     @cached_property
@@ -473,7 +473,7 @@ def _pressures(pressure: Quantity, steps: int) -> tuple[float, ...]:
     require_count(1, memory.STEPS, steps=steps)
     if steps == 1:
         return (float(last),)
-    return tuple(spaced(float(last) / _RANGE, float(last), steps))
+    return tuple(space_values(float(last) / _RANGE, float(last), steps))
 
 
 def _rename_samples(samples: Sequence[Sample]) -> tuple[Sample, ...]:

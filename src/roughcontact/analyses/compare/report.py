@@ -41,7 +41,7 @@ from roughcontact.report.kind import (
     Row,
     Table,
     capitalize_first,
-    delegated,
+    delegate_quantity,
     quantity_of,
     rows_of,
     stored_values,
@@ -432,9 +432,9 @@ def _ceiling_text(sample: Sample) -> str:
 
 # Quantities of a `Sample` that are common to all maps.
 _TERMS = (
-    delegated("curve", quantity_of(contact_fields.CONTACT, "boundary")),
+    delegate_quantity("curve", quantity_of(contact_fields.CONTACT, "boundary")),
     replace(
-        delegated("curve", quantity_of(contact_fields.CONTACT, "contact_modulus")),
+        delegate_quantity("curve", quantity_of(contact_fields.CONTACT, "contact_modulus")),
         when=lambda item: math.isfinite(item.curve.contact_modulus),
     ),
     replace(quantity_of(contact_fields.CONTACT, "ceiling"), of="curve.ceiling", text=_ceiling_text),

@@ -153,7 +153,7 @@ def _load_case(request: Request) -> MapLoadCase:
     from roughcontact.analyses.compare.model import build_load_case
 
     result = build_load_case(
-        request.needed(LOAD), request[STEPS], request[PRELOAD], _problem(request)
+        request.require(LOAD), request[STEPS], request[PRELOAD], _problem(request)
     )
     counts = Counter(name for name, _ in _list_maps(request))
     each = _QUARTERS if request[QUARTERS] else 1
@@ -210,7 +210,7 @@ def _study_sampling(request: Request, surface: Surface, look: OnProgress) -> Sam
         return sampling_study(
             surface,
             **_problem(request),
-            pressure=request.needed(LOAD),
+            pressure=request.require(LOAD),
             level=request[options.LEVEL],
             progress=look,
         )

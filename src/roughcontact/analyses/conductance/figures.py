@@ -58,7 +58,7 @@ def conductance(result: Conductance) -> Figure:
     ]
     figure = style.empty_figure(5.6 * len(kinds), 4.6)
     load = result.column("load")
-    factor, load_unit = style.prefixed(float(load.max()), "N")
+    factor, load_unit = style.axis_unit(float(load.max()), "N")
     for axes, (title, unit, kind) in zip(
         figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True
     ):

@@ -135,7 +135,7 @@ def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> flo
     return float(local.sum() / gap.size)
 
 
-def spreading(pixel_area: float, resistivity: float) -> float:
+def spreading_resistance(pixel_area: float, resistivity: float) -> float:
     """Return the spreading resistance of two bodies to a uniform flux through one pixel."""
     return _SQUARE * math.sqrt(pixel_area) * resistivity
 
@@ -682,7 +682,7 @@ def _step(
     length = constriction_length(result)
     if len(result.boundary.periodic_axes) == 2 and not math.isnan(resistivity):
         gap = np.where(result.contact, np.nan, np.maximum(result.gap, 0))
-        spread = spreading(result.pixel_area, resistivity)
+        spread = spreading_resistance(result.pixel_area, resistivity)
         fillings = {"air_gap": filling_of("air"), "oil_gap": filling_of("oil")}
         if filling is not None:
             fillings["filled_gap"] = filling

@@ -71,7 +71,7 @@ class EstimateRange:
         """Return the value in another unit."""
         return EstimateRange(self.value * factor, self.low * factor, self.high * factor)
 
-    def widened(self, low: float, high: float) -> EstimateRange:
+    def scale_ends(self, low: float, high: float) -> EstimateRange:
         """Return the value with ends multiplied by factors."""
         return EstimateRange(self.value, self.low * low, self.high * high)
 
@@ -392,8 +392,8 @@ def _with_joint(
 ) -> Estimate:
     """Return an estimate with stiffness and conductance, for heights between factors of Sq."""
     shape, volume = result.roughness, result.plastic_volume
-    gap = result.gap.widened(*heights)
-    volume = None if volume is None else volume.widened(*heights)
+    gap = result.gap.scale_ends(*heights)
+    volume = None if volume is None else volume.scale_ends(*heights)
     result = replace(result, gap=gap, plastic_volume=volume)
     if result.contact.value > _JOINT:
         return result

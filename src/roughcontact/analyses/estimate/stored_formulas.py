@@ -13,7 +13,7 @@ import numpy as np
 
 from roughcontact._tools.arrays import Array
 from roughcontact.theory.height_distribution import gap_below_plane
-from roughcontact.theory.persson import diffused
+from roughcontact.theory.persson import diffuse_fractions
 
 STORED = Path(__file__).with_name("atlas.json")
 
@@ -177,7 +177,7 @@ def theory_contact(groups: DimensionlessGroups) -> Array:
 def _theory(groups: DimensionlessGroups, gradient: Array) -> tuple[Array, Array]:
     with np.errstate(divide="ignore"):
         ceiling = 1 / groups.ratio
-    return diffused(groups.pressure, gradient / 2, ceiling)
+    return diffuse_fractions(groups.pressure, gradient / 2, ceiling)
 
 
 def _yielded_fraction(groups: DimensionlessGroups, gradient: Array) -> Array:
@@ -186,7 +186,7 @@ def _yielded_fraction(groups: DimensionlessGroups, gradient: Array) -> Array:
         bound = _FIRST_YIELD / groups.ratio
     # A mean pressure above the bound exceeds first yield everywhere.
     pressure = np.minimum(groups.pressure, bound)
-    return np.maximum(diffused(pressure, gradient / 2, bound)[1], 1e-12)
+    return np.maximum(diffuse_fractions(pressure, gradient / 2, bound)[1], 1e-12)
 
 
 def _products(terms: tuple[str, ...], coordinates: dict[str, Array]) -> Array:

@@ -52,7 +52,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     try:
         result = estimate(
             None if request.file is None else work.maps[0],
-            pressure=request.needed(NOMINAL_PRESSURE),
+            pressure=request.require(NOMINAL_PRESSURE),
             material=material,
             counter_material=counter_material,
             ceiling=request[options.CEILING],

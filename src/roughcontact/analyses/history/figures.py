@@ -39,7 +39,7 @@ def hysteresis(history: LoadHistory) -> Figure:
     number = np.arange(1, len(history.steps) + 1)
     energy = history.column("dissipated_energy")
     volume = np.cumsum(history.column("indentation_volume"))
-    factor, unit = style.prefixed(float(energy.max()), "J")
+    factor, unit = style.axis_unit(float(energy.max()), "J")
     lower.bar(number, energy * factor, width=0.7, color=style.SATURATED)
     style.name_axes(lower, "step")
     lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=style.LABEL, color=style.SATURATED)
@@ -112,8 +112,8 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
     approach, load = (
         np.array([getattr(state, name) for state in result]) for name in ("approach", "load")
     )
-    across, unit_across = style.prefixed(float(np.abs(approach).max()), "m")
-    up, unit_up = style.prefixed(float(load.max()), "N")
+    across, unit_across = style.axis_unit(float(np.abs(approach).max()), "m")
+    up, unit_up = style.axis_unit(float(load.max()), "N")
     x, y = approach * across, load * up
     lines = branches(result)
     for name, colour, width in (

@@ -131,7 +131,7 @@ def sliding_pair(pair: Pair, shifts: list[tuple[int, int]]) -> SlidingPair:
     return SlidingPair(pair, flat, on_counter, (origin[0], origin[1]))
 
 
-def indented(body: Surface, indentation: Array) -> Surface:
+def indent_body(body: Surface, indentation: Array) -> Surface:
     """Return a body lowered by its indentation."""
     if not indentation.any():
         return body
@@ -166,7 +166,7 @@ def indented_surface(result: ContactResult) -> Surface:
     >>> loaded.saturated_fraction > 0, round(again.contact_area / loaded.contact_area, 2)
     (True, 1.0)
     """
-    return indented(result.surface, result.residual_indentation)
+    return indent_body(result.surface, result.residual_indentation)
 
 
 NEGLIGIBLE_GROWTH = 1e-5
@@ -586,7 +586,7 @@ def _solve_largest(way: _Path) -> ContactResult:
 def _first_loaded(way: _Path, number: int, ceiling: Any) -> ContactResult:
     """Return the contact of a stage, by its number from 0, at first loading."""
     pair = way.bodies.pair_at(np.zeros(way.bodies.indented.shape), way.shifts[number])
-    terms = way.terms_of(way.stages[number], way.lowered(pair))
+    terms = way.terms_of(way.stages[number], way.touch_delay(pair))
     return _solve_stage(pair, replace(terms, ceiling=ceiling), None)
 
 
@@ -633,7 +633,7 @@ class _Path:
                 result.append(max(wanted, key=wanted.__getitem__))
         return result
 
-    def lowered(self, pair: Pair) -> float:
+    def touch_delay(self, pair: Pair) -> float:
         """Return the delay of first touch compared with the first position, as an approach [m]."""
         return self.reference - pair.highest
 
@@ -649,7 +649,7 @@ def _check_way(way: _Path) -> None:
     untouched = np.zeros(way.bodies.indented.shape)
     for shift in dict.fromkeys(way.shifts):
         pair = way.bodies.pair_at(untouched, shift)
-        lowered = way.lowered(pair)
+        lowered = way.touch_delay(pair)
         here = [number for number, other in enumerate(way.shifts, start=1) if other == shift]
         requested = [(way.terms_of(way.stages[number - 1], lowered), number) for number in here]
         for control in ("load", "approach"):
@@ -703,7 +703,7 @@ def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistor
         indented_body="counter_surface" if bodies.on_counter else "surface",
         indentation=indentation,
         origin=bodies.origin,
-        residual=indented(bodies.indented, indentation),
+        residual=indent_body(bodies.indented, indentation),
         last=last,
         largest=maximum,
         before=bodies.pair_at(np.zeros_like(indentation), way.shifts[largest]),
@@ -718,7 +718,7 @@ def _solve_history_stage(
     """Solve a stage, by its number from 0; return its step, new indentation and contact."""
     count, stage = len(way.stages), way.stages[number]
     pair = way.bodies.pair_at(indentation, way.shifts[number])
-    lowered = way.lowered(pair)
+    lowered = way.touch_delay(pair)
     label = "" if count == way.each else f"pass {number // way.each + 1} of {count // way.each}"
     try:
         terms = way.terms_of(stage, lowered)

@@ -41,7 +41,7 @@ FIGURE = Option.figure("the load history")
 def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.history.model import Stage, history as load_history
 
-    ends: tuple[tuple[str, Any], ...] = request.needed(PATH)
+    ends: tuple[tuple[str, Any], ...] = request.require(PATH)
     stages = [Stage(**{control: value}) for control, value in ends]
     with work.report_saved_steps_on_interrupt("step-*.npz", "stage") as (watch, reused):
         history = load_history(
@@ -65,7 +65,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 def _check(request: Request) -> None:
     from roughcontact.analyses.history.model import most_passes
 
-    require_count(1, most_passes(len(request.needed(PATH))), passes=request[PASSES])
+    require_count(1, most_passes(len(request.require(PATH))), passes=request[PASSES])
 
 
 def _residual(outcome: Outcome, path: Path) -> None:

@@ -220,7 +220,7 @@ class Resolved:
     high_by: str = ""  # Limit at the high end
 
 
-def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Resolved:
+def resolved_range(pressures: Array, means: Mapping[str, Array], scatter: float) -> Resolved:
     """Return the range of pressures that maps resolve."""
     from_below = (
         (SPOTS, means["spots"] >= MIN_SPOTS),

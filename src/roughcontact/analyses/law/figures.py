@@ -54,12 +54,12 @@ def interface_law(law: InterfaceLaw) -> Figure:
 
 
 def _pressure(law: InterfaceLaw) -> tuple[float, str]:
-    return style.prefixed(float(law.pressures()[-1]), "Pa")
+    return style.axis_unit(float(law.pressures()[-1]), "Pa")
 
 
 def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
     factor, unit = _pressure(law)
-    scale, length = style.prefixed(max(abs(item.first_touch) for item in law.maps), "m")
+    scale, length = style.axis_unit(max(abs(item.first_touch) for item in law.maps), "m")
     for branch in law.branches:
         colour = _COLOURS[branch]
         if len(law.maps) > 1:
@@ -150,7 +150,7 @@ def _draw_stiffness(axes: Axes, law: InterfaceLaw) -> None:
 
 def _draw_law_gap(axes: Axes, law: InterfaceLaw) -> None:
     factor, _ = _pressure(law)
-    scale, unit = style.prefixed(max(abs(item.first_touch) for item in law.maps), "m")
+    scale, unit = style.axis_unit(max(abs(item.first_touch) for item in law.maps), "m")
     _shade(axes.axvspan, law)
     for branch in law.branches:
         own = {LOADING: "", UNLOADING: ", unloading"}[branch]

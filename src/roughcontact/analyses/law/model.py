@@ -88,7 +88,7 @@ class MapLaw:
             self.column(branch, "pressure"), self.column(branch, "separation"), stiffness, touch
         )
 
-    def interpolated(self, branch: str, name: str, pressures: Array) -> Array:
+    def interpolate(self, branch: str, name: str, pressures: Array) -> Array:
         """Return a field at nominal pressures within the range of a branch."""
         own = self.column(branch, "pressure")
         if own.size == pressures.size and np.allclose(
@@ -306,7 +306,7 @@ class InterfaceLaw(Result):
     def values(self, branch: str, name: str) -> Array:
         """Return a field of `LawPoint` of all maps at `pressures`, shape (maps, n)."""
         pressures = self.pressures(branch)
-        return np.array([law.interpolated(branch, name, pressures) for law in self.maps])
+        return np.array([law.interpolate(branch, name, pressures) for law in self.maps])
 
     def mean(self, branch: str, name: str) -> list[Mean]:
         """Return the mean of a field over the maps at each of `pressures`, with its interval."""
@@ -377,7 +377,7 @@ class InterfaceLaw(Result):
     @cached_property
     def resolved(self) -> Resolved:
         """Range of nominal pressures that the maps resolve, with the limits at both ends."""
-        return law_curve.resolved(
+        return law_curve.resolved_range(
             self.pressures(),
             {
                 name: self.values(LOADING, name).mean(axis=0)

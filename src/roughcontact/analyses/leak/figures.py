@@ -62,8 +62,8 @@ def flow_factors(result: Leakage) -> Figure:
     figure, (left, right) = style.panels(11.2, 4.6, 1, 2)
     load = result.column("load")
     mean = result.column("mean_gap")
-    load_factor, load_unit = style.prefixed(float(load.max()), "N")
-    factor, unit = style.prefixed(float(mean.max()), "m")
+    load_factor, load_unit = style.axis_unit(float(load.max()), "N")
+    factor, unit = style.axis_unit(float(mean.max()), "m")
     right.plot(load * load_factor, mean * factor, "k:", label="mean gap")
     for axis in result.axes:
         line, colour = ("o-", "s--")[axis], style.SERIES[axis]

@@ -225,7 +225,7 @@ def flow(
             moved[part] *= mobility(solved.pressure + solved.small)
             problem = _problem(moved, part, pixel, axis, periodic_axes)
             solved = _Solved.from_pressure(problem, solved.pressure, solved.small, solved.steps)
-            total = float(np.abs(solved.unbalanced(problem)).sum())
+            total = float(np.abs(solved.net_flow(problem)).sum())
             # If the last iteration does not balance, `_flow_from_pressure` raises an error.
             if total <= TOLERANCE * solved.power or not left:
                 break
@@ -355,7 +355,7 @@ class _Solved:
         power = _dot(through, drop) + _dot(inflow, into) + _dot(outflow, out)
         return cls(pressure, small, through, inflow, outflow, power, steps)
 
-    def unbalanced(self, problem: _Problem) -> Array:
+    def net_flow(self, problem: _Problem) -> Array:
         """Return the net flow into each node."""
         residual = problem.network.outflow(self.through)
         np.subtract(self.inflow, residual, out=residual)
@@ -395,7 +395,7 @@ def _solve_pressure(problem: _Problem, start: _Solved | None = None) -> _Solved:
 def _imbalance(problem: _Problem, pressure: Array, small: Array) -> tuple[Array, float]:
     """Return the net flow into each node, and the power of the flow."""
     result = _Solved.from_pressure(problem, pressure, small, 0)
-    return result.unbalanced(problem), result.power
+    return result.net_flow(problem), result.power
 
 
 def _solve_correction(
@@ -422,7 +422,7 @@ def _flow_from_pressure(
     """Return the flow of a solution in units of the scale of g³ [m³]."""
     axis = problem.axis
     sides = [edge * points for edge, points in zip(pixel, part.shape, strict=True)]
-    unbalanced = float(np.abs(solved.unbalanced(problem)).sum()) / solved.power
+    unbalanced = float(np.abs(solved.net_flow(problem)).sum()) / solved.power
     if not unbalanced <= TOLERANCE:
         raise ConvergenceError(
             f"the flow through the gap balances to {unbalanced:.2g} of it only, after "

@@ -60,7 +60,7 @@ def passes(rolling: RollingResult) -> Figure:
     ):
         lines = [np.array([getattr(item, key) for item in rolling.passes]) for key in keys]
         top = max(float(values.max()) for values in lines)
-        factor, shown = style.prefixed(top, unit)
+        factor, shown = style.axis_unit(top, unit)
         for values, line, colour in zip(lines, _STYLES, style.SERIES, strict=False):
             axes.plot(number, values * factor, line, color=colour)
         style.name_axes(axes, y=f"{label} [{shown}]")
@@ -129,11 +129,11 @@ def heights(rolling: RollingResult) -> Figure:
     top = max(
         float(np.nanmax(np.abs(v - level))) for old, new, *_ in lines.values() for v in (old, new)
     )
-    factor, unit = style.prefixed(top, "m")
+    factor, unit = style.axis_unit(top, "m")
     for axes, (along, (old, new, other, place)) in zip(grid, lines.items(), strict=True):
         edge = before.pixel[1 if along == "x" else 0]
         where = (np.arange(old.size) + 0.5) * edge
-        length, length_unit = style.prefixed(float(where[-1]), "m")
+        length, length_unit = style.axis_unit(float(where[-1]), "m")
         axes.plot(where * length, (old - level) * factor, color=style.NEUTRAL, label="before")
         axes.plot(
             where * length,
@@ -184,7 +184,7 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
 
     faces = np.append(0.0, np.cumsum(rolling.result.bodies[body].thickness))
     figure, grid = style.panels(10.8, 5.8, 1, 3, sharey=True)
-    length, length_unit = style.prefixed(float(faces[-1]), "m")
+    length, length_unit = style.axis_unit(float(faces[-1]), "m")
     for axes, key, name, unit in (
         (grid[0], "shear", "shear strain by the pass [%]", ""),
         (grid[1], "residual_along", "residual stress along the pass", "Pa"),
@@ -193,7 +193,7 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
         profiles = [getattr(item, key)[body] for item in rolling.passes]
         factor, shown = 100.0, ""
         if unit:
-            factor, prefix = style.prefixed(max(float(np.abs(p).max()) for p in profiles), unit)
+            factor, prefix = style.axis_unit(max(float(np.abs(p).max()) for p in profiles), unit)
             shown = f" [{prefix}]"
         for number, colour in _choose_passes(len(profiles)):
             values = profiles[number]
@@ -340,9 +340,9 @@ def _mask_open(pressure: NDArray[Any]) -> Any:
 
 def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[MovieFrame]) -> Any:
     size = rolling.result.solution.surface.size
-    length, unit = style.prefixed(max(size), "m")
+    length, unit = style.axis_unit(max(size), "m")
     top = max(float(frame.pressure.max()) for frame in frames)
-    factor, shown = style.prefixed(top, "Pa")
+    factor, shown = style.axis_unit(top, "Pa")
     image = axes.imshow(
         _mask_open(frames[0].pressure),
         origin="lower",
@@ -364,7 +364,7 @@ def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[MovieFram
 def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[MovieFrame]) -> Any:
     size = rolling.result.solution.surface.size
     along = along_of(rolling.direction)
-    length, unit = style.prefixed(max(size), "m")
+    length, unit = style.axis_unit(max(size), "m")
     faces = np.append(0.0, np.cumsum(rolling.result.bodies[0].thickness)) * length
     points = frames[-1].strain.shape[1]
     edges = np.linspace(0, size[1 if along == "x" else 0] * length, points + 1)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._tools import memory, netcdf
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.files import require_suffix, write_atomically
-from roughcontact.analyses.history.model import indented
+from roughcontact.analyses.history.model import indent_body
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact import archive as contact_archive
 from roughcontact.contact.pair import CounterSurface, Pair
@@ -115,7 +115,7 @@ def pass_result(
 
 def rolled_surface(result: ElastoplasticResult) -> Surface:
     """Return the heights of the rough body after a path, without load."""
-    return indented(result.solution.surface, result.residual_displacement)
+    return indent_body(result.solution.surface, result.residual_displacement)
 
 
 @dataclass(frozen=True, eq=False)

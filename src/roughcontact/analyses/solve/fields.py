@@ -31,7 +31,7 @@ from roughcontact.report.kind import (
     Column,
     Quantity,
     always,
-    delegated,
+    delegate_quantity,
     profile_table,
     quantity_of,
 )
@@ -364,7 +364,7 @@ def _path_of_loads(result: ElastoplasticResult) -> str:
 
 def _contact_quantity(key: str, **changes: Any) -> Quantity:
     """Return a quantity of the contact as a quantity of the volume model."""
-    return delegated("solution", quantity_of(CONTACT, key), **changes)
+    return delegate_quantity("solution", quantity_of(CONTACT, key), **changes)
 
 
 def _laws(result: ElastoplasticResult) -> str:
@@ -508,7 +508,7 @@ INCREMENTS = (
 def stored_quantity(attribute: str, key: str) -> Quantity:
     """Return a quantity of the contact of a result, which is only in files."""
     quantity = quantity_of(CONTACT, key)
-    return delegated(attribute, quantity, label=f"[{quantity.unit}]", part=PROBLEM)
+    return delegate_quantity(attribute, quantity, label=f"[{quantity.unit}]", part=PROBLEM)
 
 
 def pair_quantities(attribute: str) -> tuple[Quantity, ...]:

@@ -33,7 +33,7 @@ MODEL = Option(
 )
 INCREMENTS: Option[int | str] = Option(
     "increments",
-    parsing.counted_or_auto(1, STEPS),
+    parsing.count_or_auto(1, STEPS),
     "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
     "auto",
 )
@@ -104,7 +104,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         study = resolution_study_of(request, work, result.load)
         extra_cautions, extras = ((*extra_cautions, *study.cautions), {STUDY.name: study})
     if request[measurement.UNCERTAINTY] and result.converged:
-        result = measurement.measured(request, result, work.look)
+        result = measurement.add_intervals(request, result, work.look)
     result = replace(result, extra_cautions=extra_cautions)
     return Outcome(request, result, result, extras)
 

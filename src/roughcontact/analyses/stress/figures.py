@@ -61,13 +61,13 @@ def stress_depth(result: StressResult) -> Figure:
     profile = result.profile
     figure, axes = style.panels(7.2, 6.0)
     strength = profile.yield_strength or 0.0
-    factor, unit = style.prefixed(max(profile.max_tresca, strength), "Pa")
+    factor, unit = style.axis_unit(max(profile.max_tresca, strength), "Pa")
     near = profile.depths.size > 2 and profile.depth_of_max < 0.05 * profile.depths[-1]
     # The unit of a logarithmic axis is that of its center.
     ends = (
         math.sqrt(float(profile.depths[profile.depths > 0][0] * profile.depths[-1])) if near else 0
     )
-    length = style.prefixed(ends or float(profile.depths[-1]), "m")
+    length = style.axis_unit(ends or float(profile.depths[-1]), "m")
     depths = profile.depths * length[0]
     for (values, name), colour, line in zip(
         (
@@ -262,7 +262,7 @@ def stress_map(result: StressResult) -> Figure:
     image = style.draw_map(axes, cells * factor, size, blocks, peak.shape)
     image.set_cmap(style.field_colours(over=style.OVER))
     image.set_clim(0, top * factor)
-    length = style.prefixed(max(size), "m")
+    length = style.axis_unit(max(size), "m")
     _, y, x = result.max_von_mises_at
     style.mark_place(axes, x * length[0], y * length[0])
     _stress_bar(axes, image, result, unit)
@@ -294,7 +294,7 @@ def stress_scale(result: StressResult) -> tuple[float, tuple[float, str]]:
     """Return the end of the color scale [Pa], at most the yield strength, and its unit."""
     strength = result.profile.yield_strength
     top = result.max_von_mises if strength is None else min(result.max_von_mises, strength)
-    return top or 1.0, style.prefixed(top, "Pa")
+    return top or 1.0, style.axis_unit(top, "Pa")
 
 
 def _stress_bar(axes: Axes, image: Any, result: StressResult, unit: str) -> None:

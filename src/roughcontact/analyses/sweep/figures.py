@@ -42,7 +42,7 @@ def load_curve(curve: LoadCurve, over_pressure: bool = False) -> Figure:
     load, size, shown = curve.column("load"), 1.0, unit
     if over_pressure and not curve.is_profile:
         name, size, shown = "nominal pressure", curve.nominal_area, "Pa"
-    factor, load_unit = style.prefixed(float(load.max()) / size, shown)
+    factor, load_unit = style.axis_unit(float(load.max()) / size, shown)
     factor /= size
     _draw_areas(grid[0, 0], curve, factor)
     lengths = {
@@ -50,7 +50,7 @@ def load_curve(curve: LoadCurve, over_pressure: bool = False) -> Figure:
         "mean gap": (curve.column("mean_gap"), style.SERIES[1], "s-"),
     }
     longest = max(float(values.max()) for values, *_ in lengths.values())
-    scale, length_unit = style.prefixed(longest, "m")
+    scale, length_unit = style.axis_unit(longest, "m")
     for label, (values, colour, marker) in lengths.items():
         grid[0, 1].plot(load * factor, values * scale, marker, color=colour, label=label)
     grid[0, 1].set_ylim(0, 1.08 * (longest or 1.0) * scale)

@@ -42,17 +42,17 @@ _RANGE = (FROM, TO, STEPS, SPACING)
 
 def _steps(request: Request) -> tuple[str, list[Any]]:
     """Return the control (load or approach) and the values, in the form of the ends."""
-    from roughcontact.contact.load_case import spaced
+    from roughcontact.contact.load_case import space_values
 
     (control, first), (_, last) = _ends(request)
     form, ends = type(first), (first, last)
     if form is not float:
         ends = first.value, last.value
-    return control, [form(value) for value in spaced(*ends, request[STEPS], request[SPACING])]
+    return control, [form(value) for value in space_values(*ends, request[STEPS], request[SPACING])]
 
 
 def _ends(request: Request) -> tuple[tuple[str, Any], tuple[str, Any]]:
-    return request.needed(FROM), request.needed(TO)
+    return request.require(FROM), request.require(TO)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:

@@ -56,7 +56,7 @@ def _draw_traction(axes: Axes, result: Tangential) -> None:
     size, shape = result.solution.pair.size, result.bound.shape
     blocks = style.cell_size(shape, size, style.CELLS_IN_PANEL)
     values = style.cell_max(np.hypot(*result.traction), blocks)
-    factor, unit = style.prefixed(float(values.max()), "Pa")
+    factor, unit = style.axis_unit(float(values.max()), "Pa")
     image = style.draw_map(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
     image.set_cmap(colormaps["viridis_r"].with_extremes(bad=style.OPEN))
     style.colour_bar(axes, image, f"traction [{unit}]", "neither")
@@ -79,8 +79,8 @@ def _draw_stick(axes: Axes, result: Tangential) -> None:
 
 def _draw_profile(axes: Axes, result: Tangential) -> None:
     x = (np.arange(result.bound.size) + 0.5) * result.solution.pair.pixel[1]
-    length, name = style.prefixed(float(x[-1]), "m")
-    factor, unit = style.prefixed(float(result.bound.max()), "Pa")
+    length, name = style.axis_unit(float(x[-1]), "m")
+    factor, unit = style.axis_unit(float(result.bound.max()), "Pa")
     axes.plot(
         x * length, result.bound[0] * factor, ":", color=style.SERIES[1], label="largest traction"
     )
@@ -92,8 +92,8 @@ def _draw_profile(axes: Axes, result: Tangential) -> None:
 def _draw_curve(axes: Axes, result: Tangential) -> None:
     shift = np.array([0.0, *result.column("shift")])
     force = np.array([0.0, *result.column("force")])
-    length, name = style.prefixed(float(abs(shift).max()), "m")
-    factor, unit = style.prefixed(float(abs(force).max()), result.solution.pair.load_unit)
+    length, name = style.axis_unit(float(abs(shift).max()), "m")
+    factor, unit = style.axis_unit(float(abs(force).max()), result.solution.pair.load_unit)
     curve = result.superposition
     if curve is not None:
         points = np.array(curve.shift) * length, np.array(curve.force) * factor
@@ -150,7 +150,7 @@ def fretting(result: Tangential) -> Figure:
     pair, loaded = result.solution.pair, result.bound > 0
     tension = np.maximum(result.fretting.tension, 0)
     panels = (
-        ("Tension at the surface", tension, *style.prefixed(float(tension.max()), "Pa")),
+        ("Tension at the surface", tension, *style.axis_unit(float(tension.max()), "Pa")),
         ("Ruiz' parameter", np.where(loaded, result.fretting.ruiz, np.nan), 1e-9, "MPa²·mm"),
     )
     aspect = 0.8 if pair.is_profile else style.shown_aspect(pair.size)
@@ -158,7 +158,7 @@ def fretting(result: Tangential) -> Figure:
     for axes, (title, field, factor, unit) in zip(figure.subplots(1, 2), panels, strict=True):
         if pair.is_profile:
             x = (np.arange(field.size) + 0.5) * pair.pixel[1]
-            length, name = style.prefixed(float(x[-1]), "m")
+            length, name = style.axis_unit(float(x[-1]), "m")
             axes.plot(x * length, field[0] * factor, color=style.SERIES[0])
             style.plain_axes(axes, f"x [{name}]", f"[{unit}]", title)
             continue

@@ -27,9 +27,9 @@ def running_in(result: Wear) -> Figure:
     """
     figure, grid = style.panels(11.0, 9.4, 2, 2)
     wear, last = result.column("wear")[1:], result.last
-    factor, unit = style.prefixed(float(wear[-1]), "m")
-    scale, pascal = style.prefixed(float(result.column("max_pressure").max()), "Pa")
-    height, meter = style.prefixed(float(result.column("Sq").max()), "m")
+    factor, unit = style.axis_unit(float(wear[-1]), "m")
+    scale, pascal = style.axis_unit(float(result.column("max_pressure").max()), "Pa")
+    height, meter = style.axis_unit(float(result.column("Sq").max()), "m")
     panels: tuple[tuple[str, float, dict[str, str]], ...] = (
         ("contact [%]", 100 / last.touchable_area, {"contact_area": ""}),
         (f"pressure [{pascal}]", scale, {"max_pressure": "largest", "mean_pressure": "mean"}),

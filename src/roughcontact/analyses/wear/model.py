@@ -416,7 +416,7 @@ class _Run:
         """Return the body whose roughness is reported."""
         return pair.surface if self.shaping[0] else pair.counter_surface or pair.surface
 
-    def worn(self, depth: Array, *notes: Operation) -> Pair:
+    def worn_bodies(self, depth: Array, *notes: Operation) -> Pair:
         """Return the worn bodies."""
         bodies: list[Surface | None] = [self.pair.surface, self.pair.counter_surface]
         for number, coefficient in enumerate(self.shaping):
@@ -448,7 +448,7 @@ class _Run:
             _, state = half.advance(before, 0.5 * (before.distance + after.distance), None)
             end, state = half.advance(state, after.distance, None)
             mean = format_engineering(end.wear, "m", 3)
-            pair = run.worn(state.depth, Operation.note(f"worn by {mean} on average"))
+            pair = run.worn_bodies(state.depth, Operation.note(f"worn by {mean} on average"))
             last = solve_pair(pair, run.terms, start=state.pressure)
             whole = steps.pop()
             errors = {name: getattr(end, name) / getattr(whole, name) - 1 for name in _ERRORS}
@@ -482,7 +482,7 @@ class _Run:
         wanted = remaining if self.count else state.proposed
         # The last two steps to a target are equal, so that none is tiny.
         compliance = wanted if remaining > 2 * wanted else remaining / (1 + (remaining > wanted))
-        worn, solved = self.worn(state.depth), []
+        worn, solved = self.worn_bodies(state.depth), []
         while True:
             pair = WearingPair.from_pair(worn, compliance)
             result = solve_pair(pair, self.terms, start=state.pressure, progress=watch)
@@ -498,7 +498,7 @@ class _Run:
         distance = state.distance + compliance / sum(self.shaping)
         distance, depth = min(distance, target), state.depth + compliance * result.pressure
         after = _State(distance, depth, result.pressure, proposed, compliance)
-        step = self.record(replace(result, pair=self.worn(after.depth)), after)
+        step = self.record(replace(result, pair=self.worn_bodies(after.depth)), after)
         return replace(step, moved=moved, **_costs(solved)), after
 
     def record(self, result: ContactResult, state: _State) -> WearStep:
