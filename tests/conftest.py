@@ -1,5 +1,6 @@
 """Shared fixtures of the tests."""
 
+import gc
 import os
 import signal
 import sys
@@ -26,6 +27,14 @@ sys.dont_write_bytecode = False
 
 # Scripts for other environments.
 collect_ignore_glob = ["data/*"]
+
+# Modules and tests stay until the end: no search for garbage has to walk through them.
+gc.disable()
+
+
+def pytest_collection_finish():
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)
