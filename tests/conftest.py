@@ -34,6 +34,8 @@ gc.disable()
 
 def pytest_collection_finish():
     gc.freeze()
+    # Syntax trees and figures are many objects and little garbage.
+    gc.set_threshold(50_000, 20, 20)
     gc.enable()
 
 
