@@ -7,6 +7,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 from paths import ROOT
@@ -52,13 +53,18 @@ def plain(text: str) -> str:
     return re.sub(r"``[^`]*``|`[^`]*`|\$[^$]*\$|https?://\S+", "x", text)
 
 
+@lru_cache(1)
+def nodes_of(path: Path) -> list[ast.AST]:
+    """Return the nodes of a module, whose texts and names are searched one after the other."""
+    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
 def texts(path: Path) -> Iterator[str]:
     """Yield the lines of docstrings, comments and messages of a module."""
-    source = path.read_text(encoding="utf-8")
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes_of(path):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
             yield from map(str.strip, node.value.splitlines())
-    yield from COMMENT.findall(source)
+    yield from COMMENT.findall(path.read_text(encoding="utf-8"))
 
 
 def prose(path: Path) -> Iterator[str]:
@@ -72,11 +78,11 @@ def prose(path: Path) -> Iterator[str]:
 
 def names(path: Path) -> Iterator[tuple[str, str]]:
     """Yield kind and name of the functions and constants of a module."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
+    tree, *nodes = nodes_of(path)
+    for node in nodes:
         if isinstance(node, ast.FunctionDef) and node.name not in NAMES:
             yield "name", node.name
-    for node in tree.body:
+    for node in ast.iter_child_nodes(tree):
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
         for target in targets:
             if isinstance(target, ast.Name) and target.id.isupper():
@@ -99,14 +105,15 @@ def material() -> Iterator[tuple[str, str, str]]:
         for path in sorted((ROOT / folder).rglob("*.py")):
             for text in texts(path) if path.name != "test_words.py" else ():
                 yield "text of tests", "text", plain(text)
-    for folder in ("benchmarks", "calibration", "docs", "scripts"):
+            for kind, name in names(path):
+                if folder != "tests":
+                    yield kind, kind, name
+                elif name.startswith("test_"):
+                    yield "test", "test", name
+    for folder in ("docs", "scripts"):
         for path in sorted((ROOT / folder).rglob("*.py")):
             for kind, name in names(path):
                 yield kind, kind, name
-    for path in sorted((ROOT / "tests").rglob("test_*.py")):
-        for _, name in names(path):
-            if name.startswith("test_"):
-                yield "test", "test", name
     for line in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").splitlines():
         yield "changelog", "changelog", line
         yield "text of CHANGELOG.md", "text", plain(line)
