@@ -15,7 +15,6 @@ import pytest
 
 import roughcontact as rc
 from browsing import FOLDED, Seat, Served, browser, lacking
-from paths import MEASUREMENTS
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.cli import app
 from roughcontact.report.kind import quantity_of
@@ -29,7 +28,6 @@ pytestmark = [
     ),
 ]
 
-MEASURED = MEASUREMENTS / "metropro-1.dat"
 EVIL = "<img src=x onerror=alert(1)>.npy"
 
 
@@ -60,8 +58,6 @@ def seat(served: Served, chromium: Any) -> Iterator[Seat]:
 @pytest.fixture(scope="module")
 def measured_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a map as an instrument gives it."""
-    if MEASURED.exists():
-        return MEASURED
     heights = rc.self_affine(
         (96, 128),
         (1e-6, 1e-6),
