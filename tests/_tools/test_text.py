@@ -50,6 +50,7 @@ def test_no_name_adds_a_line_to_a_surface(suffix: str, tmp_path: Path) -> None:
         assert payload_lines(path) == []
 
 
+@pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("suffix", [*sorted(export.CONTACT.suffixes), ".html"])
 def test_no_name_adds_a_line_to_a_contact(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"contact{suffix}"

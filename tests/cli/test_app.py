@@ -1354,6 +1354,7 @@ def test_invalid_histories_are_rejected_in_one_sentence(
 # Reports and resolution
 
 
+@pytest.mark.usefixtures("quick")
 @pytest.mark.long
 def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     heights = np.kron(bumps(), np.ones((2, 2)))
@@ -1387,6 +1388,7 @@ def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -
 # Stress below the surface
 
 
+@pytest.mark.usefixtures("quick")
 @pytest.mark.long
 def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.2 mm", "--load", "1 N")

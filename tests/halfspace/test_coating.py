@@ -188,6 +188,7 @@ def test_film_as_material_raises_input_error() -> None:
     assert catalog.material("tin").young == 50e9
 
 
+@pytest.mark.usefixtures("quick")
 @pytest.mark.long
 def test_command_solves_coated_body(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.save(tmp_path / "map.npy", ROUGH.heights)

@@ -111,6 +111,7 @@ def test_every_page_that_shows_a_command_is_run(commands: ModuleType) -> None:
             assert page in run
 
 
+@pytest.mark.usefixtures("quick")
 @pytest.mark.long
 def test_the_console_answers_in_twenty_lines(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -146,6 +146,7 @@ def test_nominal_pressure_matches_force_on_map(
     assert app.main(["verify", str(output)]) == app.SOLVED
 
 
+@pytest.mark.usefixtures("quick")
 @pytest.mark.long
 def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path) -> None:
     path = tmp_path / "map.npy"

@@ -367,6 +367,7 @@ COATED = {
 }
 
 
+@pytest.mark.usefixtures("quick")
 def test_bracket_compares_under_both_ceilings(tmp_path: Path) -> None:
     groups = {"fine": make_group(0.02, range(4), 48), "coarse": make_group(0.06, range(10, 14), 48)}
     both = rc.compare(groups, ceiling="bracket", **COATED)

@@ -94,6 +94,7 @@ def test_equal_rolling_bodies_yield_equally() -> None:
     np.testing.assert_allclose(second, first, rtol=1e-9)
 
 
+@pytest.mark.usefixtures("quick")
 @pytest.mark.long
 def test_path_appears_in_listing_report_and_script(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
