@@ -96,6 +96,7 @@ def test_solve_loads_no_drawing_or_report(file: str) -> None:
 
 
 @pytest.mark.process
+@pytest.mark.parametrize("file", [".npz"], indirect=True)
 def test_report_loads_no_unused_library(file: str, tmp_path: Path) -> None:
     report = tmp_path / "report.html"
     words = ("--load", "1 N", "--material", "100Cr6", "--report", str(report))
@@ -104,6 +105,7 @@ def test_report_loads_no_unused_library(file: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.process
+@pytest.mark.parametrize("file", [".npz"], indirect=True)
 def test_saving_loads_no_xarray(file: str, tmp_path: Path) -> None:
     output = tmp_path / "out.nc"
     words = ("--load", "1 N", "--material", "100Cr6", "--output", str(output))
