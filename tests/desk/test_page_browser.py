@@ -58,16 +58,9 @@ def seat(served: Served, chromium: Any) -> Iterator[Seat]:
 @pytest.fixture(scope="module")
 def measured_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a map as an instrument gives it."""
-    heights = rc.self_affine(
-        (96, 128),
-        (1e-6, 1e-6),
-        rms_height=0.2e-6,
-        rolloff_wavelength=32e-6,
-        cutoff_wavelength=8e-6,
-        rng=np.random.default_rng(1),
-    )
+    heights, pixel = rc.reference_map(128)
     path = tmp_path_factory.mktemp("maps") / "made.x3p"
-    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    rc.Surface(heights[:96], pixel).save(path)
     return path
 
 
@@ -76,20 +69,6 @@ def array(heights: np.ndarray) -> bytes:
     stream = io.BytesIO()
     np.save(stream, heights)
     return stream.getvalue()
-
-
-def wavy() -> bytes:
-    """Return a small rough map as an array file [µm]."""
-    return array(
-        rc.self_affine(
-            (64, 64),
-            (1.0, 1.0),
-            rms_height=0.2,
-            rolloff_wavelength=32.0,
-            cutoff_wavelength=8.0,
-            rng=np.random.default_rng(2),
-        )
-    )
 
 
 def specify_and_solve(seat: Seat, load: str = "10 MPa") -> None:
@@ -336,7 +315,9 @@ def test_file_is_dropped_anywhere_and_typed_text_survives_reload(
 @pytest.mark.slow
 def test_missing_units_are_requested_and_file_name_is_escaped(seat: Seat) -> None:
     page = seat.page
-    seat.choose_file({"name": EVIL, "mimeType": "", "buffer": wavy()}, EVIL)
+    seat.choose_file(
+        {"name": EVIL, "mimeType": "", "buffer": array(1e6 * rc.reference_map(64)[0])}, EVIL
+    )
     # The missing input is named at its control.
     page.get_by_label("Unit of the heights").locator("visible=true").wait_for()
     seat.type("Unit of the heights", "bananas")
