@@ -202,15 +202,16 @@ def test_error_of_steps_is_of_first_order(material: rc.Material) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("max_moved", [0.1, 0.3])
-def test_step_errors_estimate_error_of_result(max_moved: float) -> None:
-    exact, result = (run_in(rough(64), max_moved=value) for value in (0.02, max_moved))
-    depth = np.abs(result.depth - exact.depth).sum() / exact.depth.sum() / 2
-    peak = result.last.max_pressure / exact.last.max_pressure - 1
-    assert 0.5 < result.step_errors["depth"] / depth < 2
-    assert 0.5 < -result.step_errors["max_pressure"] / peak < 2
-    assert result.last.contact_area == pytest.approx(exact.last.contact_area, rel=5e-3)
-    assert len(result.steps) < len(exact.steps) / 4
+def test_step_errors_estimate_error_of_result() -> None:
+    exact = run_in(rough(64), max_moved=0.02)
+    for max_moved in (0.1, 0.3):
+        result = run_in(rough(64), max_moved=max_moved)
+        depth = np.abs(result.depth - exact.depth).sum() / exact.depth.sum() / 2
+        peak = result.last.max_pressure / exact.last.max_pressure - 1
+        assert 0.5 < result.step_errors["depth"] / depth < 2
+        assert 0.5 < -result.step_errors["max_pressure"] / peak < 2
+        assert result.last.contact_area == pytest.approx(exact.last.contact_area, rel=5e-3)
+        assert len(result.steps) < len(exact.steps) / 4
 
 
 @pytest.mark.long
