@@ -100,20 +100,17 @@ def material() -> Iterator[tuple[str, str, str]]:
     for path in [ROOT / "README.md", *pages]:
         for text in prose(path):
             yield "text of docs", "text", plain(text)
-    # The table of `test_words` has the same expressions.
-    for folder in ("tests", "benchmarks", "calibration"):
+    for folder in ("tests", "benchmarks", "calibration", "docs", "scripts"):
         for path in sorted((ROOT / folder).rglob("*.py")):
-            for text in texts(path) if path.name != "test_words.py" else ():
-                yield "text of tests", "text", plain(text)
+            # The table of `test_words` has the same expressions.
+            if folder not in ("docs", "scripts") and path.name != "test_words.py":
+                for text in texts(path):
+                    yield "text of tests", "text", plain(text)
             for kind, name in names(path):
                 if folder != "tests":
                     yield kind, kind, name
                 elif name.startswith("test_"):
                     yield "test", "test", name
-    for folder in ("docs", "scripts"):
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            for kind, name in names(path):
-                yield kind, kind, name
     for line in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").splitlines():
         yield "changelog", "changelog", line
         yield "text of CHANGELOG.md", "text", plain(line)
