@@ -66,11 +66,8 @@ def loaded_modules(*words: str) -> set[str]:
     ]
 )
 def file(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    heights = rc.self_affine(
-        (32, 24), 1e-6, rms_height=1e-7, rolloff_wavelength=16e-6, cutoff_wavelength=4e-6, rng=3
-    )
     path = tmp_path / f"map{request.param}"
-    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    rc.Surface(*rc.reference_map(32)).save(path)
     return str(path)
 
 
