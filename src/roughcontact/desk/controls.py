@@ -128,7 +128,7 @@ class Control:
         self._default = option.text(option.default) if plain and not requested else ""
         self.widget = _widget(option, choices)
         self._silent = False
-        self.widget.param.watch(self._on_change, "value")
+        self.widget.param.watch(self._handle_change, "value")
         # The box for a flag has no button for help.
         texts = [note_markup(option.help)] if option.is_flag else []
         self._parts = [self.widget, *(pn.pane.HTML(text, **style.SHEET) for text in texts)]
@@ -173,7 +173,7 @@ class Control:
         if below or len(self.root) > len(self._parts):
             self.root[:] = [*self._parts, *below]
 
-    def _on_change(self, event: Any) -> None:
+    def _handle_change(self, event: Any) -> None:
         if self._silent:
             return
         try:
@@ -193,7 +193,7 @@ class OptionsForm:
         initial: Mapping[str, Value],
         changed: Callable[[], None] = lambda: None,
     ) -> None:
-        self.command, self.values, self._on_change = task, dict(initial), changed
+        self.command, self.values, self._handle_change = task, dict(initial), changed
 
     def make_controls(self, names: Iterable[str]) -> list[Any]:
         """Return controls of options, with their values."""
@@ -210,7 +210,7 @@ class OptionsForm:
         else:
             self.command.parse_options({name: value})
             self.values[name] = value
-        self._on_change()
+        self._handle_change()
 
 
 def _widget(option: options.Option[Any], choices: Mapping[str, str] | None) -> Any:

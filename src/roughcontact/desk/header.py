@@ -170,7 +170,7 @@ class LoadPanel:
         )
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self.form.param.watch(self._reform, "value")
-        self.text.param.watch(self._on_input, "value")
+        self.text.param.watch(self._handle_input, "value")
         self.slider.param.watch(self._slid, "moved")
         fields = pn.Column(self.form, self.text, width=150, margin=0)
         self.root = pn.Column(
@@ -248,7 +248,7 @@ class LoadPanel:
             text = form.example if ends is None else text_at_position(STEPS // 2, ends, form)
         self._set(text, self._give)
 
-    def _on_input(self, event: Any) -> None:
+    def _handle_input(self, event: Any) -> None:
         if not self._silent:
             self._set(event.new, self._give)
 

@@ -162,7 +162,7 @@ class BodiesPanel:
         self._search = pn.widgets.TextInput(
             label="Search the catalog", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
         )
-        self._search.param.watch(self._on_search, "value_input")
+        self._search.param.watch(self._handle_search, "value_input")
         self.step = StepCard(
             "Bodies",
             self._search,
@@ -173,7 +173,7 @@ class BodiesPanel:
             controls.make_fold("Nominal forms, two maps", partial(roots, *GROUPS["forms"])),
         )
 
-    def _on_search(self, event: Any) -> None:
+    def _handle_search(self, event: Any) -> None:
         """Offer the materials that match the search text."""
         for name, nothing in PAGE["no-material"].items():
             self._group.controls[name].offer(_materials(nothing, event.new))

@@ -76,7 +76,7 @@ class SectionLine:
         follow = models.CustomJS(
             args={"ends": self.ends, "source": self.source}, code=read_script("follow")
         )
-        later = style.Debounced(plot, self._on_drag)
+        later = style.Debounced(plot, self._handle_drag)
         for end in self.ends:
             for edge in _EDGES:
                 end.js_on_change(edge, follow)
@@ -122,7 +122,7 @@ class SectionLine:
         for end in self.ends:
             end.visible = bool(places)
 
-    def _on_drag(self) -> None:
+    def _handle_drag(self) -> None:
         if self._line is None or self._drawing:
             return
         factor = self._view.factor
@@ -301,7 +301,7 @@ class MapsView:
             margin=0,
             stylesheets=[style.CSS["MAPS"]],
         )
-        self._later = style.Debounced(self.plot, self._on_move)
+        self._later = style.Debounced(self.plot, self._handle_move)
         self._others = style.Debounced(self.plot, self._draw_others, _OTHERS)
         self._arrange()
         if not is_live:
@@ -546,7 +546,7 @@ class MapsView:
         sides = data["dh"][0], data["dw"][0]
         return rasters.thumbnail(values, sides, data["cover"][0] if key == GAP else None)
 
-    def _on_move(self) -> None:
+    def _handle_move(self) -> None:
         ranges = self._ranges()
         if self.surface is None or ranges == self._fitted:
             return

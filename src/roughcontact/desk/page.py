@@ -483,7 +483,7 @@ class ContactView:
         """Linked maps."""
         created = MapsView()
         created.section.set_listener(self._call_draw)
-        style.watch_changes(created.crop, ("visible",), self._on_crop)
+        style.watch_changes(created.crop, ("visible",), self._handle_crop)
         return created
 
     @cached_property
@@ -567,7 +567,7 @@ class ContactView:
             self.detail.show_contact(None, None, None, "")
             self.root[:] = [self._start]
 
-    def _on_crop(self) -> None:
+    def _handle_crop(self) -> None:
         self._keep.visible = self.maps.crop.visible
 
     def _crop_selection(self) -> None:

@@ -96,8 +96,8 @@ def fit_johnson(skewness: float, kurtosis: float) -> Johnson:
 
     Examples
     --------
-    >>> fitted(0.0, 3.0).family, fitted(-1.0, 6.0).family, fitted(0.0, 1.8).family
-    ('normal', 'unbounded', 'bounded')
+    >>> [fit_johnson(*pair).family for pair in ((0.0, 3.0), (-1.0, 6.0), (0.0, 1.8))]
+    ['normal', 'unbounded', 'bounded']
     """
     strength = abs(skewness)
     if strength < _KURTOSIS_TOLERANCE and abs(kurtosis - 3) < _KURTOSIS_TOLERANCE:
