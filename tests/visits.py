@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -34,6 +35,10 @@ class Loop:
         self.waiting: list[Callable[[], None]] = []
 
     def add_next_tick_callback(self, done: Callable[[], None]) -> None:
+        self.waiting.append(done)
+
+    def add_timeout_callback(self, done: Callable[[], None], milliseconds: int) -> None:
+        time.sleep(milliseconds / 1000)
         self.waiting.append(done)
 
 

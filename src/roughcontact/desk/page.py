@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import secrets
 import threading
 import time
@@ -32,6 +33,9 @@ from roughcontact.request.request import Request
 
 _SHORT = 0.6
 """Delay [s] before progress is shown."""
+# Time between two batches of events [s]: of three at once, Panel 1.9 may not send the last one,
+# if it begins while the message of the second one is written.
+_PAUSE = 0.05
 
 
 class ShownResult(NamedTuple):
@@ -56,6 +60,7 @@ class Page:
         self._visit, self._work, self._bench = visit, work, bench
         self._lock = threading.Lock()
         self._news: list[Event | ShownResult] = []
+        self._next_batch = 0.0
         self._reader = workers.MapReader(bench)
         follow = partial(LiveSolver, reader=self._reader, turns=bench.turns)
         self.session = session = Session(work.project, self._receive_event, follow, visit.share)
@@ -253,7 +258,7 @@ class Page:
             # Only the last event of a type is handled: an outdated map is not drawn.
             self._news = [item for item in self._news if not isinstance(item, type(what))] + [what]
         if first:
-            self._run(self._catch_up)
+            self._run(self._schedule_batch)
 
     def _run(self, done: Callable[[], None]) -> None:
         if self._document is None:
@@ -266,11 +271,19 @@ class Page:
         """Whether the job is slow enough to show its progress."""
         return time.monotonic() - self._begun > _SHORT
 
+    def _schedule_batch(self) -> None:
+        pause = self._next_batch - time.monotonic()
+        if self._document is not None and pause > 0:
+            self._document.add_timeout_callback(self._catch_up, math.ceil(1000 * pause))
+        else:
+            self._catch_up()
+
     def _catch_up(self) -> None:
         if self.view.create():
             # Serve other pages before the view is filled.
             self._run(self._catch_up)
             return
+        self._next_batch = time.monotonic() + _PAUSE
         with self._lock:
             news, self._news = self._news, []
         with style.batch_changes(pn.state.curdoc):
