@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 import interval_coverage
 import roughcontact as rc
@@ -20,6 +21,7 @@ from roughcontact.analyses.sweep import model as uncertainty
 from roughcontact.cli import app
 from roughcontact.errors import InputError
 from roughcontact.results import Uncertainty
+from roughcontact.surface import filters
 from roughcontact.surface.instrument import Instrument
 from roughcontact.surface.random_surfaces import self_affine
 from roughcontact.uncertainty import measurement
@@ -112,6 +114,26 @@ def test_erosion_returns_surface_that_a_ball_touched() -> None:
     assert np.std(found - surface.heights) < 0.01 * surface.Sq
 
 
+def test_summits_under_a_ball_are_as_high_and_as_sharp_as_those_of_the_surface() -> None:
+    # Erosion alone had edges where the ball left the surface: summits were half as sharp again.
+    heights, sharpness = [], []
+    for number in (9, 11):
+        case = virtual_microscope.draw_measurement(number, "tip")
+        true = case.heights - case.heights.mean()
+        seen = virtual_microscope.dilate_with_ball(true, case.tip_radius)
+        image = UM * virtual_microscope.average_pixels(seen)
+        tool = Instrument("tip", tip_radius=case.tip_radius * UM, noise=1e-3 * np.std(image))
+        known = Reconstruction(image, (4 * UM, 4 * UM), tool, case.shortest_wave * UM)
+        found = filters.resample(known.simulate({}, number)[2](image)[0] / UM, true.shape)
+        summits = (true > np.quantile(true, 0.95)) & (true == ndimage.maximum_filter(true, 5))
+        peaks = [part.max() - np.quantile(part, 0.9) for part in (found, true)]
+        heights.append(peaks[0] / peaks[1])
+        bends = [virtual_microscope.curvature(part)[summits].mean() for part in (found, true)]
+        sharpness.append(bends[0] / bends[1])
+    assert np.mean(heights) == pytest.approx(1, abs=0.02)
+    assert np.mean(sharpness) == pytest.approx(1, abs=0.1)
+
+
 def test_draws_have_the_slope_of_honed_plateaus_that_a_ball_touched() -> None:
     # They were 0.77 as steep, and the elastic area was a quarter too large.
     case = interval_coverage.draw_case(5016, "tip")
@@ -197,6 +219,21 @@ def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
     result = solve_surface(replace(image, heights=image.heights + noise))
     with pytest.raises(InputError, match="noise hides how smooth"):
         result.uncertainty(noisy, 4 * UM)
+
+
+def test_leveled_periodic_map_is_restored() -> None:
+    surface = rough(64)
+    leveled = rc.Surface(surface.heights, surface.pixel).leveled()
+    off = leveled.heights - surface.heights
+    assert np.std(off) > 0.02 * surface.Sq
+    known = measurement._reconstruct(leveled, Instrument(resolution=4 * UM), None, is_periodic=True)
+    assert known.is_closed
+    error = known.heights - surface.heights
+    assert np.std(error) < 0.1 * np.std(off)
+    # The edges of a part do not match without its plane, either.
+    part = rough(128).cropped((0, 50), (0, 50)).leveled()
+    known = measurement._reconstruct(part, Instrument(resolution=4 * UM), None, is_periodic=True)
+    assert not known.is_closed
 
 
 def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> None:

@@ -228,7 +228,9 @@ def _reconstruction(
 ) -> Reconstruction:
     """Return the reconstruction of the map, with a perfect instrument if none is given."""
     surface, tool = result.surface, instrument or Instrument(resolution=0.0, u_resolution=0.0)
-    measured = _reconstruct(surface, tool, wave)
+    # Without an instrument there is nothing to correct: the map is taken as solved.
+    is_periodic = instrument is not None and result.boundary.periodic_axes == (0, 1)
+    measured = _reconstruct(surface, tool, wave, is_periodic)
     if instrument is None:
         return measured
     reconstruction.require_octaves(measured)
@@ -326,18 +328,24 @@ def _other_map(
     return _reconstruct(surface, tool, wave)
 
 
-def _reconstruct(surface: Surface, tool: Instrument, wave: float | None) -> Reconstruction:
+def _reconstruct(
+    surface: Surface, tool: Instrument, wave: float | None, is_periodic: bool = False
+) -> Reconstruction:
     leveled = (
         step.arguments["form"] for step in surface.provenance.operations if step.method == "leveled"
     )
-    forms = [form for form in leveled if form in ("plane", "quadric")]
+    form = next((form for form in [*leveled][::-1] if form in ("plane", "quadric")), None)
+    # Edges that match but for a plane are those of a periodic surface.
+    closed = reconstruction.close_edges(surface.heights)
+    is_closed = is_periodic and form == "plane" and not reconstruction.has_seam(closed)
     return Reconstruction(
-        reconstruction.periodic_part(surface.heights),
+        closed if is_closed else reconstruction.periodic_part(surface.heights),
         surface.pixel,
         _with_plateau(tool, surface),
         wave,
         surface._filled,
-        forms[-1] if forms else None,
+        form,
+        is_closed=is_closed,
     )
 
 
@@ -443,7 +451,7 @@ class _ContactDraws:
         Workspace().each(solve, jobs)
         return found
 
-    @property
+    @cached_property
     def base(self) -> Array:
         """Corrected map: a draw with the given values of the instrument [m]."""
         return self._draw_map({}, self.seed)[0] + self.smooth

@@ -16,9 +16,12 @@ the edges of a leveled map.
 A tip dilates the surface before the map is averaged over pixels, so R undoes the average first,
 with C of the image of the tip, and erodes afterwards. Erosion is exact where the tip touched, and
 too high elsewhere: where a tip of twice the radius fills R. The error of R has there the mean and
-the standard deviation that it has on ζ, by classes of the height filled. The mean is subtracted,
-and ``ζ - R(M(ζ))`` is reduced to the standard deviation of its place on y: a valley of ζ that the
-tip did not reach does not lower a summit of y that it touched.
+the standard deviation that it has on ζ, by classes of the height filled. The mean is subtracted.
+Erosion has edges where the tip left the surface, which has none: waves down to the shortest one of
+the surface are fitted to it, with the inverse variance of the error as weight, and none at filled
+points. The mean error that is left on summits and slopes, by classes of the curvature, is
+subtracted. ``ζ - R(M(ζ))`` is reduced to the standard deviation of its place on y: a valley of ζ
+that the tip did not reach does not lower a summit of y that it touched.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
@@ -39,7 +42,8 @@ each weighted by one over the variance of its logarithm: one over the number of 
 
 Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
 
-A map that is not periodic is split into a periodic and a smooth part.
+A leveled map of a periodic surface gets the plane back that closes its edges. A map that is not
+periodic is split into a periodic and a smooth part.
 
 Moisan 2011, doi:10.1007/s10851-010-0227-1
 """
@@ -55,6 +59,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.sparse.linalg import LinearOperator, cg
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace import fft
@@ -96,8 +101,12 @@ _TWINS = 3
 _SPECTRUM_TOLERANCE = 0.7
 # Maximum step between opposite edges of a periodic map, over the step between neighbors.
 _SEAM = 2.0
+# Weights of the steps next to a seam in its expected step: cubic interpolation.
+_SEAM_WEIGHTS = np.array([-1, 4, 0, 4, -1]) / 6
 # Number of iterations in which the image of a surface under a tip gets the spectrum of the map.
 _ROUNDS = 3
+# Number of iterations that fit waves to weighted heights.
+_FITS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +153,42 @@ class RoughSpectrum:
 
 
 @dataclass(frozen=True, eq=False)
+class _ErrorClasses:
+    """Mean and standard deviation of errors of heights, by classes of a quantity."""
+
+    place: Array  # Mean quantity of each class
+    mean: Array  # Mean error less that of the first class [m]
+    spread: Array  # Standard deviation [m]
+
+    @classmethod
+    def from_errors(cls, values: Array, error: Array) -> _ErrorClasses:
+        """Return the errors in classes of equal size."""
+        values, error = values.ravel(), error.ravel()
+        parts = np.array_split(values.argsort(), _CLASSES)
+        place, mean, spread = (
+            np.array([function(known[part]) for part in parts])
+            for known, function in ((values, np.mean), (error, np.mean), (error, np.std))
+        )
+        # Equal values, as those of points that the tip touched, are one class.
+        first = place <= place[0] + 1e-6 * (place[-1] - place[0])
+        mean[first], spread[first] = mean[first].mean(), spread[first].mean()
+        return cls(place, mean - mean[0], spread)
+
+    def interpolate(self, filled: Array) -> tuple[Array, Array]:
+        """Return mean and standard deviation of the errors where a tip fills a height.
+
+        They begin as the square of the height filled, and continue so beyond the last class.
+        """
+        # Rounding fills no valley.
+        deepest = self.place[-1] + 1e-9 * filled.std() + 1e-300
+        deeper = np.maximum(filled / deepest, 1.0) ** 2
+        mean, spread = (
+            np.interp(filled, self.place, part) * deeper for part in (self.mean, self.spread)
+        )
+        return mean, spread
+
+
+@dataclass(frozen=True, eq=False)
 class Reconstruction:
     """Measured map, its instrument, and the shortest wave of its surface."""
 
@@ -154,6 +199,7 @@ class Reconstruction:
     missing: NDArray[np.bool_] | None = None  # Filled points
     form: str | None = None  # Form removed by leveling
     finer: int = 2  # Points of the surface per point of the map along an axis
+    is_closed: bool = False  # Whether the plane is restored that leveling took from a periodic map
     others: tuple[Reconstruction, ...] = ()  # Finer maps of the surface
     wear: tuple[Array, Array] | None = None  # Heights [m], and their share of short waves
 
@@ -311,8 +357,10 @@ class Reconstruction:
         if self.missing is not None and self.missing.any():
             image[self.missing] = np.nan
             image = fill_missing(image, self.pixel)
+        if self.form is None or self.is_closed:
+            return image
         # Leveling causes a step between opposite edges.
-        return image if self.form is None else periodic_part(level(image, self.form))
+        return periodic_part(level(image, self.form))
 
     def invert_image(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return a surface whose simulated map approximates an image."""
@@ -362,30 +410,66 @@ class Reconstruction:
         even, radius = np.ones(self.shape), 2 * instrument.tip_radius
         if not radius:
             return twin, image, lambda part: (invert(part), even)
-        known = invert(image)
-        filled, error = self._fill(known, radius).ravel(), (twin - known).ravel()
-        parts = np.array_split(filled.argsort(), _CLASSES)
-        height, mean, spread = (
-            np.array([function(values[part]) for part in parts])
-            for values, function in ((filled, np.mean), (error, np.mean), (error, np.std))
-        )
 
-        # Rounding fills no valley.
-        deepest = height[-1] + 1e-9 * known.std()
+        def touch(part: Array) -> tuple[Array, Array]:
+            eroded = invert(part)
+            return eroded, self._fill(eroded, radius)
 
-        def deepen(part: Array) -> tuple[Array, Array]:
-            known = invert(part)
-            filled = self._fill(known, radius)
-            # The error begins as the square of the height filled, and continues so.
-            deeper = np.maximum(filled / deepest, 1.0) ** 2
-            lower = np.interp(filled, height, mean - mean[0]) * deeper
-            return known + lower, np.interp(filled, height, spread) * deeper
+        def smooth(eroded: Array, filled: Array) -> tuple[Array, Array]:
+            mean, spread = depths.interpolate(filled)
+            weight = (depths.spread[0] / np.maximum(spread, depths.spread[0])) ** 2
+            if self.missing is not None:
+                weight[np.kron(self.missing, np.ones((self.finer, self.finer), dtype=bool))] = 0.0
+            heights = self._fit_waves(eroded + mean, weight, spectrum.cutoff)
+            return heights, weight * self._curvature(heights)
 
-        return twin, image, deepen
+        def sharpen(heights: Array, curvature: Array) -> Array:
+            return np.asarray(heights + np.interp(curvature, bends.place, bends.mean))
+
+        touched = touch(image)
+        depths = _ErrorClasses.from_errors(touched[1], twin - touched[0])
+        smoothed = smooth(*touched)
+        bends = _ErrorClasses.from_errors(smoothed[1], twin - smoothed[0])
+        rest = _ErrorClasses.from_errors(touched[1], twin - sharpen(*smoothed))
+
+        def estimate(part: Array) -> tuple[Array, Array]:
+            eroded, filled = touched if part is image else touch(part)
+            known = smoothed if part is image else smooth(eroded, filled)
+            return sharpen(*known), rest.interpolate(filled)[1]
+
+        return twin, image, estimate
+
+    def _fit_waves(self, heights: Array, weight: Array, cutoff: float) -> Array:
+        """Return the waves up to a cut-off that fit weighted heights best."""
+        keep = np.hypot(*_waves(self.shape, self.fine)) <= cutoff * (1 + 1e-9)
+
+        def limit(values: Array) -> Array:
+            return fft.irfft2(fft.rfft2(values.reshape(self.shape)) * keep, self.shape).ravel()
+
+        weight, start = weight.ravel(), limit(heights)
+        normal = LinearOperator((start.size,) * 2, lambda step: limit(weight * step))
+        rest = limit(weight * (heights.ravel() - start))
+        step, _ = cg(normal, rest, rtol=1e-6, maxiter=_FITS)
+        return np.asarray(start + step).reshape(self.shape)
+
+    def _curvature(self, heights: Array) -> Array:
+        """Return minus the Laplacian of a surface [1/m], positive on summits."""
+        q = 2 * math.pi * np.hypot(*_waves(self.shape, self.fine))
+        return fft.irfft2(fft.rfft2(heights) * q**2, self.shape)
 
     def _fill(self, heights: Array, tip_radius: float) -> Array:
-        """Return the height by which a tip fills the valleys of a surface."""
-        closed = -dilate(-dilate(heights, self.fine, tip_radius), self.fine, tip_radius)
+        """Return the height by which a tip fills valleys; zero where it touches a point."""
+        closed, steps = heights, []
+        for axis, edge in enumerate(self.fine):
+            # Further away even the highest point is below a tip that touches the lowest one.
+            reach = math.sqrt(2 * tip_radius * float(np.ptp(heights))) / edge
+            reach = min(int(reach), (self.shape[axis] - 1) // 2)
+            drop = (np.arange(-reach, reach + 1) * edge) ** 2 / (2 * tip_radius)
+            tip = np.expand_dims(-drop, 1 - axis)
+            closed = ndimage.grey_dilation(closed, structure=tip, mode="wrap")
+            steps.append(partial(ndimage.grey_erosion, structure=tip, mode="wrap"))
+        for erode in steps:
+            closed = erode(closed)
         return np.asarray(closed - heights)
 
     @property
@@ -592,17 +676,36 @@ class Reconstruction:
         return result
 
 
-def periodic_part(heights: Array) -> Array:
-    """Return the periodic part of a map: without the smooth part due to different edges."""
-    ny, nx = heights.shape
-    jump = np.zeros_like(heights)
+def close_edges(heights: Array) -> Array:
+    """Return a leveled map of a periodic surface with the plane that leveling removed.
+
+    The mean step between opposite edges is that of a cubic through the rows next to them.
+    """
+    for axis in (0, 1):
+        along = np.moveaxis(heights, axis, 0)
+        steps = np.diff(np.roll(along, 3, 0)[:6], axis=0).mean(axis=1)
+        excess = steps[2] - (_SEAM_WEIGHTS * steps).sum()
+        ramp = excess * np.linspace(-0.5, 0.5, len(along), endpoint=False)
+        heights = np.moveaxis(along + ramp[:, None], 0, axis)
+    return heights
+
+
+def has_seam(heights: Array) -> bool:
+    """Return whether a map has a step between opposite edges."""
     steps = [
         np.square(np.diff(heights, axis=axis, append=np.take(heights, [0], axis)))
         for axis in (0, 1)
     ]
     seams = (np.take(step, -1, axis).mean() for axis, step in enumerate(steps))
-    if all(seam < _SEAM**2 * step.mean() for seam, step in zip(seams, steps, strict=True)):
+    return any(seam >= _SEAM**2 * step.mean() for seam, step in zip(seams, steps, strict=True))
+
+
+def periodic_part(heights: Array) -> Array:
+    """Return the periodic part of a map: without the smooth part due to different edges."""
+    if not has_seam(heights):
         return heights
+    ny, nx = heights.shape
+    jump = np.zeros_like(heights)
     for axis in (0, 1):
         first, last = (np.take(heights, index, axis) for index in (0, -1))
         rows = (0, -1) if axis == 0 else ((slice(None), 0), (slice(None), -1))
