@@ -70,6 +70,15 @@ def test_a_force_that_friction_does_not_carry_slides(force: float) -> None:
         rc.tangential(contact(), friction=0.15, force=force)
 
 
+def test_a_force_that_is_removed_is_zero() -> None:
+    # The sum of the tractions that stay was 4e-17 N.
+    result = rc.tangential(contact(), friction=0.15, force=[0.1, 0.0, -0.1, 0.0])
+    assert [step.force for step in result.steps] == pytest.approx(
+        [0.1, 0.0, -0.1, 0.0], rel=1e-9, abs=0
+    )
+    assert result.steps[1].shift > 0 > result.steps[3].shift
+
+
 def test_strip_and_tilt_raise_input_error() -> None:
     with pytest.raises(rc.InputError) as refused:
         rc.tangential(contact(boundary="periodic-x"), friction=0.15, force=0.05)

@@ -107,6 +107,8 @@ MAX_DUNDURS = 0.05
 
 # Number of forces of the superposition curve, and the certificate of all but the last.
 _POINTS, _DRAWN = 2, 1e-4
+# Sum of tractions over that of their sizes, below which it is rounding.
+_ROUNDING = 1e-12
 # Error of the force of first yield, over the force at sliding.
 _YIELD = 1e-3
 
@@ -629,10 +631,12 @@ class _Path:
         if self.heaviest is None or contact.load >= self.heaviest.load:
             self.heaviest = contact
         length = np.hypot(*total[:, index])
+        force = float(self.along @ solution.traction.sum(axis=1)) * area
         self.steps.append(
             TangentialStep(
                 load=contact.load,
-                force=float(self.along @ solution.traction.sum(axis=1)) * area,
+                # A force removed again leaves the rounding of the sum.
+                force=force if abs(force) > _ROUNDING * float(size.sum()) * area else 0.0,
                 shift=float(self.along @ self.shift),
                 cross_shift=float(self.across @ self.shift),
                 stick_fraction=1 - int(np.count_nonzero(slips)) / index.size,
