@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -38,7 +37,6 @@ class Loop:
         self.waiting.append(done)
 
     def add_timeout_callback(self, done: Callable[[], None], milliseconds: int) -> None:
-        time.sleep(milliseconds / 1000)
         self.waiting.append(done)
 
 

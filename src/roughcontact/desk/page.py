@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import secrets
 import threading
 import time
@@ -33,9 +32,8 @@ from roughcontact.request.request import Request
 
 _SHORT = 0.6
 """Delay [s] before progress is shown."""
-# Time between two batches of events [s]: of three at once, Panel 1.9 may not send the last one,
-# if it begins while the message of the second one is written.
-_PAUSE = 0.05
+# Time after which Panel 1.9 sends what it kept [ms]: of three batches at once maybe the last.
+_FLUSH = 200
 
 
 class ShownResult(NamedTuple):
@@ -60,7 +58,6 @@ class Page:
         self._visit, self._work, self._bench = visit, work, bench
         self._lock = threading.Lock()
         self._news: list[Event | ShownResult] = []
-        self._next_batch = 0.0
         self._reader = workers.MapReader(bench)
         follow = partial(LiveSolver, reader=self._reader, turns=bench.turns)
         self.session = session = Session(work.project, self._receive_event, follow, visit.share)
@@ -258,7 +255,7 @@ class Page:
             # Only the last event of a type is handled: an outdated map is not drawn.
             self._news = [item for item in self._news if not isinstance(item, type(what))] + [what]
         if first:
-            self._run(self._schedule_batch)
+            self._run(self._catch_up)
 
     def _run(self, done: Callable[[], None]) -> None:
         if self._document is None:
@@ -271,24 +268,25 @@ class Page:
         """Whether the job is slow enough to show its progress."""
         return time.monotonic() - self._begun > _SHORT
 
-    def _schedule_batch(self) -> None:
-        pause = self._next_batch - time.monotonic()
-        if self._document is not None and pause > 0:
-            self._document.add_timeout_callback(self._catch_up, math.ceil(1000 * pause))
-        else:
-            self._catch_up()
-
     def _catch_up(self) -> None:
         if self.view.create():
             # Serve other pages before the view is filled.
             self._run(self._catch_up)
             return
-        self._next_batch = time.monotonic() + _PAUSE
         with self._lock:
             news, self._news = self._news, []
         with style.batch_changes(pn.state.curdoc):
             for what in news:
                 self._handle_event(what)
+        self._flush_later()
+
+    def _flush_later(self) -> None:
+        """Schedule a change with which all earlier ones are sent."""
+        if self._document is not None:
+            self._document.add_timeout_callback(self._flush, _FLUSH)
+
+    def _flush(self) -> None:
+        self._window.beat += 1
 
     def _handle_event(self, what: Event | ShownResult) -> None:
         session = self.session
@@ -396,6 +394,7 @@ class Page:
 
     def _show_load(self) -> None:
         session = self.session
+        self._flush_later()
         self._begun = time.monotonic()
         self._views.refresh()
         self._load.refresh()

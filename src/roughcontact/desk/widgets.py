@@ -105,6 +105,7 @@ class Frame(JSComponent):  # type: ignore[misc]
     sought = param.Dict({})
     arrived = param.Dict({})
     count = param.Integer(0)
+    beat = param.Integer(0)
 
     _esm = style.read_script("send", "find", "frame")
     _stylesheets: ClassVar = [style.CSS["FRAME"]]
