@@ -28,12 +28,28 @@ export function render({ model }) {
     place.scrollIntoView({ block: "nearest" });
     find(place.shadowRoot, "input, select")?.focus();
   }, 100));
-  // Text that was typed, but not entered, is sent before the page is left.
+  // Text that was typed, but not entered, is sent before the page is left. That message may be
+  // lost, as that of text entered a moment ago: after a reload the text is entered again.
+  const title = (field) => field.labels?.[0]?.textContent || field.ariaLabel;
   window.addEventListener("beforeunload", () => {
     let at = document.activeElement;
     while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
+    if (at?.matches("input[type=text]"))
+      sessionStorage.setItem("typed", JSON.stringify([location.href, title(at), at.value]));
     at?.blur();
   });
+  const [page, name, text] = JSON.parse(sessionStorage.getItem("typed") ?? "[]");
+  sessionStorage.removeItem("typed");
+  const all = (root) => [...root.querySelectorAll("*")].flatMap(
+    (part) => [part, ...(part.shadowRoot ? all(part.shadowRoot) : [])]);
+  const enter = (tries) => {
+    const same = all(document).filter((at) => at.matches("input[type=text]") && title(at) == name);
+    if (same.length == 0 && tries > 0) setTimeout(() => enter(tries - 1), 200);
+    if (same.length != 1 || same[0].value == text) return;
+    same[0].value = text;
+    same[0].dispatchEvent(new Event("change"));
+  };
+  if (page == location.href && name) setTimeout(() => enter(25), 500);
   // The class of a field is set where screen readers do not see it.
   const hosts = new WeakSet();
   document.addEventListener("input", (event) => {
