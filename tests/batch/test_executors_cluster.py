@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import dask
 import psutil
 import pytest
 
@@ -272,12 +273,12 @@ def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
 
 @pytest.mark.process
 def test_local_cluster_accepts_run_only() -> None:
-    from distributed import Security, default_client
+    from distributed import Security
     from distributed.comm import connect
 
     with connect_cluster(None, 1) as engine:
         assert engine.executor.submit(os.getpid).result() != os.getpid()
-        result = default_client().scheduler_info()
+        result = engine.executor._client.scheduler_info()
         nannies = [worker["nanny"] for worker in result["workers"].values()]
         addresses = [result["address"], *result["workers"], *nannies]
         assert len(addresses) == 3
@@ -319,6 +320,8 @@ def test_invalid_cluster_options_are_rejected(
     monkeypatch.setattr("roughcontact.batch.executors._CONNECT_TIMEOUT", 1)
     path = write_project(tmp_path, 1)
     assert app.main(["run", str(path), *words]) == app.BAD_INPUT
+    # A client that failed to connect is not the default: xarray would ask it for locks.
+    assert dask.base.get_scheduler() is None
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1

@@ -87,8 +87,9 @@ def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
         # start of a new client holds.
         gc.collect()
         try:
+            # A default client would hold the locks of files that xarray writes in this process.
             client = stack.enter_context(
-                Client(address, timeout=_CONNECT_TIMEOUT, security=security)
+                Client(address, timeout=_CONNECT_TIMEOUT, security=security, set_as_default=False)
             )
         except (OSError, ValueError, TypeError, ImportError) as error:
             # Protocols with missing packages or arguments raise more than OSError.
