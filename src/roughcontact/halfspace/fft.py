@@ -242,7 +242,7 @@ class Workspace:
                     helper.result()
 
     def reserve(self, size: int) -> None:
-        """Ensure that `shared` arrays of this total size need no new memory."""
+        """Ensure that `shared_array` arrays of this total size need no new memory."""
         if self._memory.size < size:
             self._memory = np.empty(size, np.uint8)
 
