@@ -424,8 +424,8 @@ def _read_transfer(path: Path) -> tuple[Array, Array]:
 def dilate(heights: Array, pixel: Pixel, tip_radius: float) -> Array:
     """Return the image of periodic heights under a paraboloid of a radius.
 
-    A paraboloid touches along one axis after the other, also between points: each point stands for
-    half a pixel on either side, with the slope and the curvature of the heights.
+    The axes are separable. The tip may touch between points: around each point, up to half a pixel
+    away, the heights are continued with their slope and curvature.
     """
     for axis, edge in enumerate(pixel):
         image = np.empty_like(np.moveaxis(heights, axis, 0))
