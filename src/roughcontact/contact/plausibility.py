@@ -38,7 +38,7 @@ from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer_material
 from roughcontact.solvers.progress import Status
 from roughcontact.surface import roughness
-from roughcontact.surface.cleaning import filling_for
+from roughcontact.surface.cleaning import fill_mode
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import indenters
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
@@ -681,9 +681,7 @@ def _remove_spikes(*surfaces: Surface | None) -> str:
         # Wider than the window of the median.
         return f"Cut them away with {ArgumentRef('crop')}"
     share = max(body.missing / body.heights.size for body in surfaces if body)
-    return (
-        f"Remove with {ArgumentRef('outliers', 6.0)} {ArgumentRef('missing', filling_for(share))}"
-    )
+    return f"Remove with {ArgumentRef('outliers', 6.0)} {ArgumentRef('missing', fill_mode(share))}"
 
 
 def _first_touch(result: ContactResult) -> Caution | None:

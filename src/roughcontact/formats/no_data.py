@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error
-from roughcontact.surface.cleaning import filling_for
+from roughcontact.surface.cleaning import fill_mode
 from roughcontact.units import count_noun
 
 AUTO, NONE = "auto", "none"
@@ -91,7 +91,7 @@ def mark_missing(
                 "other heights: a code for missing data. Set them missing with ",
                 ArgumentRef("no_data", remedy),
                 " and, for example, ",
-                ArgumentRef("missing", filling_for(count / heights.size)),
+                ArgumentRef("missing", fill_mode(count / heights.size)),
                 ", or keep the heights with ",
                 ArgumentRef("no_data", NONE),
             )

@@ -29,7 +29,7 @@ from roughcontact.report.kind import (
     quantity_of,
 )
 from roughcontact.surface import roughness
-from roughcontact.surface.cleaning import filling_for
+from roughcontact.surface.cleaning import fill_mode
 from roughcontact.surface.surface import Surface
 from roughcontact.units import (
     count_noun,
@@ -226,9 +226,7 @@ def _options(result: Measured) -> list[str]:
     if spike_statistics(result.leveled) is not None:
         words.append("--outliers 6")
     if words or result.surface.missing:
-        words.append(
-            f"--missing {filling_for(result.surface.missing / result.surface.heights.size)}"
-        )
+        words.append(f"--missing {fill_mode(result.surface.missing / result.surface.heights.size)}")
     return words
 
 

@@ -17,7 +17,7 @@ from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, OptionValues
 from roughcontact.surface import placement
-from roughcontact.surface.cleaning import MAX_FILLED_SHARE, filling_for
+from roughcontact.surface.cleaning import MAX_FILLED_SHARE, fill_mode
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_percent
 
@@ -112,7 +112,7 @@ def _prepare(request: Request, requested: OptionValues, surface: Surface, path: 
     if surface.missing and holes == "error":
         raise InputError(
             f"{path.name} has {surface.missing} missing points; choose "
-            f"{ArgumentRef('missing', filling_for(share))} (smooth interpolation), "
+            f"{ArgumentRef('missing', fill_mode(share))} (smooth interpolation), "
             f"{ArgumentRef('missing', 'mask')} (no contact there) or "
             f"{ArgumentRef('missing', 'crop')} (the largest rectangle without them), or crop it "
             f"with {ArgumentRef('crop')}"

@@ -41,7 +41,7 @@ MAX_FILLED_SHARE = 0.3
 """Share of missing points above which a map is filled only on request."""
 
 
-def filling_for(share: float) -> str:
+def fill_mode(share: float) -> str:
     """Return the choice for missing points that fills this share of a map."""
     return "fill" if share <= MAX_FILLED_SHARE else "fill-all"
 

@@ -334,7 +334,8 @@ def _reconstruct(
     leveled = (
         step.arguments["form"] for step in surface.provenance.operations if step.method == "leveled"
     )
-    form = next((form for form in [*leveled][::-1] if form in ("plane", "quadric")), None)
+    forms = [form for form in leveled if form in ("plane", "quadric")]
+    form = forms[-1] if forms else None
     # Edges that match but for a plane are those of a periodic surface.
     closed = reconstruction.close_edges(surface.heights)
     is_closed = is_periodic and form == "plane" and not reconstruction.has_seam(closed)

@@ -421,7 +421,9 @@ class Reconstruction:
             if self.missing is not None:
                 weight[np.kron(self.missing, np.ones((self.finer, self.finer), dtype=bool))] = 0.0
             heights = self._fit_waves(eroded + mean, weight, spectrum.cutoff)
-            return heights, weight * self._curvature(heights)
+            # Minus the Laplacian of the surface, positive on summits.
+            q = 2 * math.pi * np.hypot(*_waves(self.shape, self.fine))
+            return heights, weight * fft.irfft2(fft.rfft2(heights) * q**2, self.shape)
 
         def sharpen(heights: Array, curvature: Array) -> Array:
             return np.asarray(heights + np.interp(curvature, bends.place, bends.mean))
@@ -451,11 +453,6 @@ class Reconstruction:
         rest = limit(weight * (heights.ravel() - start))
         step, _ = cg(normal, rest, rtol=1e-6, maxiter=_FITS)
         return np.asarray(start + step).reshape(self.shape)
-
-    def _curvature(self, heights: Array) -> Array:
-        """Return minus the Laplacian of a surface [1/m], positive on summits."""
-        q = 2 * math.pi * np.hypot(*_waves(self.shape, self.fine))
-        return fft.irfft2(fft.rfft2(heights) * q**2, self.shape)
 
     def _fill(self, heights: Array, tip_radius: float) -> Array:
         """Return the height by which a tip fills valleys; zero where it touches a point."""

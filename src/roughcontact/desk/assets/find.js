@@ -1,9 +1,10 @@
-// Returns the first element that matches, also inside of components; null without one.
+// Returns all elements that match, also inside of components.
+function findAll(root, match) {
+  return [...root.querySelectorAll("*")].flatMap((one) => [
+    ...(one.matches(match) ? [one] : []),
+    ...(one.shadowRoot ? findAll(one.shadowRoot, match) : [])]);
+}
+// Returns the first of them; null without one.
 function find(root, match) {
-  for (const one of root.querySelectorAll("*")) {
-    if (one.matches(match)) return one;
-    const inner = one.shadowRoot && find(one.shadowRoot, match);
-    if (inner) return inner;
-  }
-  return null;
+  return findAll(root, match)[0] ?? null;
 }

@@ -40,10 +40,8 @@ export function render({ model }) {
   });
   const [page, name, text] = JSON.parse(sessionStorage.getItem("typed") ?? "[]");
   sessionStorage.removeItem("typed");
-  const all = (root) => [...root.querySelectorAll("*")].flatMap(
-    (part) => [part, ...(part.shadowRoot ? all(part.shadowRoot) : [])]);
   const enter = (tries) => {
-    const same = all(document).filter((at) => at.matches("input[type=text]") && title(at) == name);
+    const same = findAll(document, "input[type=text]").filter((at) => title(at) == name);
     if (same.length == 0 && tries > 0) setTimeout(() => enter(tries - 1), 200);
     if (same.length != 1 || same[0].value == text) return;
     same[0].value = text;
