@@ -162,7 +162,7 @@ path = "0.3 N, 0 N"
 name = "asked"
 file = "small.npy"
 task = "find"
-contact = "5 %"
+contact-fraction = "5 %"
 
 [[contact]]
 name = "joint"
@@ -450,7 +450,7 @@ def law(folder: Path) -> dict[str, Any]:
 
 
 @case
-def run_find(folder: Path) -> dict[str, Any]:
+def find_load(folder: Path) -> dict[str, Any]:
     found = rc.find_load(
         rough_surface((32, 32), 5),
         material=STEEL,

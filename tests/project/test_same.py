@@ -16,7 +16,7 @@ PYTHON = (
     "leakage",
     "conductance",
     "law",
-    "find",
+    "find-load",
     "rolling",
     "estimate",
     "generation",
