@@ -22,7 +22,7 @@ from roughcontact.contact import load_case
 from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import Calibrated, CalibrationRecord, ContactResult
-from roughcontact.errors import FormatError, InsufficientMemoryError
+from roughcontact.errors import FormatError, InsufficientMemoryError, shorten_value
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import hardening
@@ -347,7 +347,7 @@ def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> Conta
 def open_archive(path: str | os.PathLike[str]) -> netcdf.Dataset:
     """Return the content of a file after a check of its checksums."""
     if not Path(path).is_file():
-        raise FormatError(f"{path} does not exist or is not a file; check its name")
+        raise FormatError(f"{shorten_value(path)} does not exist or is not a file; check its name")
     with as_format_error(path, "ContactResult"), netcdf.open_dataset(Path(path)) as dataset:
         memory.require_memory(
             dataset.nbytes,

@@ -171,7 +171,9 @@ def open_existing(path: str | os.PathLike[str]) -> Iterator[Path]:
             if path.is_dir():
                 raise FormatError(f"{path} is a directory; give the file with the height map")
             if not path.exists():
-                raise FormatError(f"{path} does not exist; check the name of the file")
+                raise FormatError(
+                    f"{shorten_value(path)} does not exist; check the name of the file"
+                )
             file = stack.enter_context(files.as_regular_file(path))
             with file.open("rb"):
                 empty = not file.stat().st_size

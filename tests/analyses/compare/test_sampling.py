@@ -101,7 +101,9 @@ def test_bracket_gives_errors_under_both_ceilings() -> None:
     both = rc.sampling_study(surface, ceiling="bracket", **terms)
     assert both.base is not None
     for study, ceiling in ((both, "coating"), (both.base, "base")):
-        assert study.errors == rc.sampling_study(surface, ceiling=ceiling, **terms).errors
+        # NaN differs from itself.
+        alone = rc.sampling_study(surface, ceiling=ceiling, **terms)
+        assert repr(study.errors) == repr(alone.errors)
     table = both.to_pandas()
     first = table["quantity"] == "contact_fraction"
     assert table["ceiling"][first].tolist() == ["coating", "base"]
