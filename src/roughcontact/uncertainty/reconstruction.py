@@ -17,11 +17,12 @@ A tip dilates the surface before the map is averaged over pixels, so R undoes th
 with C of the image of the tip, and erodes afterwards. Erosion is exact where the tip touched, and
 too high elsewhere: where a tip of twice the radius fills R. The error of R has there the mean and
 the standard deviation that it has on ζ, by classes of the height filled. The mean is subtracted.
-Erosion has edges where the tip left the surface, which has none: waves down to the shortest one of
-the surface are fitted to it, with the inverse variance of the error as weight, and none at filled
-points. The mean error that is left on summits and slopes, by classes of the curvature, is
-subtracted. ``ζ - R(M(ζ))`` is reduced to the standard deviation of its place on y: a valley of ζ
-that the tip did not reach does not lower a summit of y that it touched.
+Missing points do not limit the erosion of measured ones: filled across a steep flank, they are
+lower than the tip was, and would cut off the summit beside it. Erosion has edges where the tip left
+the surface, which has none: waves down to the shortest one of the surface are fitted to it, with
+the inverse variance of the error as weight. The mean error that is left on summits and slopes, by
+classes of the curvature, is subtracted. ``ζ - R(M(ζ))`` is reduced to the standard deviation of its
+place on y: a valley of ζ that the tip did not reach does not lower a summit of y that it touched.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
@@ -379,7 +380,23 @@ class Reconstruction:
         heights = filters.resample(heights, self.shape)
         if not instrument.tip_radius:
             return heights
-        return -dilate(-heights, self.fine, instrument.tip_radius)
+        return self._erode(heights, instrument.tip_radius)
+
+    @cached_property
+    def _fine_missing(self) -> NDArray[np.bool_]:
+        """Whether points of the surface belong to filled points of the map."""
+        if self.missing is None:
+            return np.zeros(self.shape, dtype=bool)
+        return np.kron(self.missing, np.ones((self.finer, self.finer), dtype=bool))
+
+    def _erode(self, heights: Array, tip_radius: float) -> Array:
+        """Return the highest surface below a map; filled points do not limit measured ones."""
+        eroded = -dilate(-heights, self.fine, tip_radius)
+        if self._fine_missing.any():
+            limits = np.where(self._fine_missing, heights.max(), heights)
+            limited = -dilate(-limits, self.fine, tip_radius)
+            eroded = np.where(self._fine_missing, eroded, limited)
+        return eroded
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
         """Return a draw of the surface, a random surface, and its simulated map.
@@ -417,9 +434,9 @@ class Reconstruction:
 
         def smooth(eroded: Array, filled: Array) -> tuple[Array, Array]:
             mean, spread = depths.interpolate(filled)
+            # Filled points are as uncertain as the deepest valleys.
+            spread[self._fine_missing] = depths.spread[-1]
             weight = (depths.spread[0] / np.maximum(spread, depths.spread[0])) ** 2
-            if self.missing is not None:
-                weight[np.kron(self.missing, np.ones((self.finer, self.finer), dtype=bool))] = 0.0
             heights = self._fit_waves(eroded + mean, weight, spectrum.cutoff)
             # Minus the Laplacian of the surface, positive on summits.
             q = 2 * math.pi * np.hypot(*_waves(self.shape, self.fine))
