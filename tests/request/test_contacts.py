@@ -88,6 +88,15 @@ def test_faces_are_drawn_at_other_places_and_turns() -> None:
         assert found.mean_gap == pytest.approx(still.mean_gap, rel=1e-6)
 
 
+def test_faces_with_other_pixels_are_resampled() -> None:
+    coarse = rc.Surface(ROUGH.heights, (1.3 * ROUGH.pixel[0], 1.3 * ROUGH.pixel[1]))
+    for pair in ([ROUGH], [coarse]), ([coarse], [ROUGH]):
+        for first, second in drawn_pairs(*pair, 2):
+            assert first.shape == second.shape
+            assert first.pixel == pytest.approx(second.pixel)
+            assert first.Sq == pytest.approx(second.Sq, rel=0.3)
+
+
 @pytest.mark.parametrize(
     ("task", "more", "number"),
     [

@@ -139,13 +139,16 @@ def drawn_pairs(
 ) -> list[tuple[Surface, Surface]]:
     """Return random pairs of faces: the second mirrored, rotated by quarters and shifted.
 
-    Maps that are not square are rotated by half turns. Pairs of maps are used cyclically.
+    Maps that are not square are rotated by half turns. Pairs of maps are used cyclically; of those
+    with other pixels, one is resampled.
     """
     rng = np.random.default_rng(seed)
     pairs = []
     for number in range(count):
         surface = maps[number % len(maps)]
         counter = counter_maps[number // len(maps) % len(counter_maps)]
+        if not np.allclose(surface.pixel, counter.pixel, rtol=1e-9, atol=0):
+            surface, counter = match_grids(surface, counter)
         ny, nx = (min(ends) for ends in zip(surface.shape, counter.shape, strict=True))
         first, second = (
             item if item.shape == (ny, nx) else item.cropped((0, ny), (0, nx))
