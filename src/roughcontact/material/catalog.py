@@ -198,9 +198,12 @@ def entry(name: str) -> Entry:
     close = _similar_names(plain, result)
     keys = dict.fromkeys(result[match].key for match in close) or _COMMON
     text = name if len(name) <= 60 else name[:59] + "…"
-    lead = "did you mean " if close else f"it holds {len(entries())} materials, such as "
+    known = ", ".join(keys)
     raise InputError(
-        f"{text!r} is not in the catalog; {lead}{', '.join(keys)}{'?' if close else ''}",
+        f"{text!r} is not in the catalog; did you mean {known}?"
+        if close
+        else f"{text!r} is not in the catalog of {len(entries())} materials, such as {known}; give "
+        "Young's modulus, Poisson's ratio and yield strength of others",
         argument="material",
         value=name,
     )
