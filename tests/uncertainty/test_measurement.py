@@ -150,6 +150,30 @@ def test_filled_points_leave_the_height_of_the_summit_beside_them() -> None:
     assert np.mean(heights) == pytest.approx(1, abs=0.05)
 
 
+def test_filled_points_may_hide_valleys_as_deep_as_their_flanks_continue() -> None:
+    rows = np.abs(np.arange(64.0) - 31.5)[:, None]
+    groove = np.broadcast_to(0.2 * rows, (64, 64))
+    surface = rc.Surface(groove * UM, (UM, UM))
+    missing = np.broadcast_to(rows < 4, (64, 64))
+    tool = Instrument("tip", tip_radius=5 * UM)
+    depth = reconstruction(surface, tool, missing=missing).hidden_depth
+    assert depth[64] == pytest.approx(0.2 * 4 * UM, rel=1e-9)
+    assert not depth[~np.kron(missing, np.ones((2, 2), bool))].any()
+    assert not reconstruction(surface, tool).hidden_depth.any()
+
+
+def test_source_has_the_changes_by_the_bounds_of_its_parameters() -> None:
+    values = {"base": 0.1, ("exponent", -1): 0.4, ("exponent", 1): 0.0}
+    values |= {("level", -1): 0.5, ("level", 1): 0.1 - 0.2}
+    found = measurement._source_error(Cause.SHORT_WAVES, values, 1.0)
+    assert math.log1p(found.high) == pytest.approx(0.5)
+    assert math.log1p(found.low) == pytest.approx(-math.hypot(0.1, 0.2))
+    # A smaller change with the same sign is random.
+    values = {"base": 0.0, ("tip", -1): -0.05, ("tip", 1): -0.3}
+    found = measurement._source_error(Cause.TIP, values, 2.0)
+    assert np.log1p([found.low, found.high]) == pytest.approx([-0.6, 0.1])
+
+
 def test_draws_have_the_slope_of_honed_plateaus_that_a_ball_touched() -> None:
     # They were 0.77 as steep, and the elastic area was a quarter too large.
     case = interval_coverage.draw_case(5016, "tip")

@@ -8,11 +8,12 @@ instrument. Under a tip, estimates of the surfaces (`Reconstruction.simulate`) r
 worn surfaces, Q of draws over Q of their maps.
 
 The center is ``w A + (1 - w) B`` with ``w = s_B²/(s_A² + s_B²)``, s the standard deviation of K
-draws. The half width is ``√(w h_A² + (1 - w) h_B² + 2 √(w (1 - w)) (A - B)²)`` with ``h = 1.96
-s``; for its random part ``h = t s √(1 + 1/K)``, with t of Student at 95 %. Grid, remainder of the
-method and material add in squares. The remainder decreases with the largest correction below 10 %:
-a perfect instrument gives the interval of the grid. Resolution, shape of the transfer, tip radius,
-noise, exponent, level and shortest wave are drawn once per draw, each as K quantiles.
+draws less the effects of their parameters. The half width is ``√(Σ h² + r² + 2 √(w (1 - w)) (A -
+B)²)``: h is the change of A by the 95 % bound of a parameter, which both have in common, to either
+side, and ``r² = t² (1 + 1/K) (w s_A² + (1 - w) s_B²)`` with t of Student at 95 %. Grid, remainder
+of the method and material add in squares. The remainder decreases with the largest correction below
+10 %: a perfect instrument gives the interval of the grid. Resolution, shape of the transfer, tip
+radius, noise, exponent, level and shortest wave are drawn once per draw, each as K quantiles.
 
 For a quantity of the surface rather than of the map, the scatter of the random surfaces, ``t s``,
 adds; approach and largest pressure stay those of the map.
@@ -26,7 +27,7 @@ Marks and edges: waves of draws have random phases, and those of the marks of a 
 edges of craters have not. The correction is low by 0 to 60 % for surfaces with marks
 (`Reconstruction.marks`), and by 0 to 40 % for skewed heights; not under a tip, which touches marks
 and edges. The change of the mean gap due to valleys that it does not reach may be twice that of
-random surfaces.
+random surfaces, and filled points may hide valleys as deep as their flanks continue.
 
 Model: the removed form and the ceiling are choices. Their errors, added in squares, are the change
 by the next form, and that by plasticity of the volume (`intervals.volume_plasticity`). The latter
@@ -471,11 +472,14 @@ class _ContactDraws:
 
         def moved(source: Cause) -> Any:
             for name, sign in itertools.product(SOURCES[source], (-1, 1)):
-                drawn = self._draw_map({name: sign}, self.seed)[0]
+                drawn = self._draw_map({name: sign * _NORMAL}, self.seed)[0]
                 yield (name, sign), self._solve_heights(drawn + self.smooth)
 
         def base() -> Any:
             yield "base", self._solve_heights(self.base)
+
+        def deeper() -> Any:
+            yield "deeper", self._solve_heights(self.base - self.measured.hidden_depth)
 
         def finer() -> Any:
             heights = filters.resample(self.base, (2 * ny, 2 * nx), self._method)
@@ -503,6 +507,8 @@ class _ContactDraws:
         jobs |= {"load": loaded, "measured": measured}
         if self.draws and self.next_form:
             jobs["form"] = leveled
+        if self.draws and self.measured.instrument.tip_radius:
+            jobs["deeper"] = deeper
         return jobs if result.ceiling is None else {**jobs, "ceiling": yielding}
 
     @cached_property
@@ -624,7 +630,8 @@ def _corrected_interval(
     squares[Cause.GRID] = (number.rest * factor) ** 2
     saturated = name == "max_pressure" and study.result.saturated_fraction > 0
     is_area = name in ("contact_fraction", "mean_pressure")
-    wider = _ELASTIC_AREA if is_area and study.result.ceiling is None else 1.0
+    is_elastic_tip = study.measured.instrument.tip_radius and study.result.ceiling is None
+    wider = _ELASTIC_AREA if is_area and is_elastic_tip else 1.0
     squares = {key: wider**2 * square for key, square in squares.items()}
     squares[Cause.MARKS] = missing**2
     if study.draws and not saturated:
@@ -634,14 +641,27 @@ def _corrected_interval(
     squares[Cause.YIELD] = (_NORMAL * known["yield"] * by_ceiling) ** 2
     halves = {cause: math.sqrt(square) for cause, square in squares.items() if square}
     doubts = (
+        *(_source_error(cause, values, wider) for cause in study.sources),
         *(
             ErrorSource(cause, math.expm1(-half), math.expm1(half))
             for cause, half in halves.items()
         ),
-        *_unreached_volume(study, name, corrected[0] - values["map"]),
+        *_hidden_valleys(values, corrected[0] - values["map"] if name == "mean_gap" else 0.0),
         *_model_sources(study, values, area_by_ceiling, by_ceiling),
     )
     return min(math.exp(center), 1.0 if name.endswith("fraction") else math.inf), doubts
+
+
+def _source_error(cause: Cause, values: Mapping[Any, float], wider: float) -> ErrorSource:
+    """Return the error due to parameters of a source: the changes by their 95 % bounds, widened."""
+    down = up = 0.0
+    for name in SOURCES[cause]:
+        changes = [values[name, sign] - values["base"] for sign in (-1, 1)]
+        small, large = sorted(changes, key=abs)
+        # Of two changes with the same sign, the smaller one is random: it may have either sign.
+        ends = (large, small) if large < 0 else (small, large)
+        down, up = math.hypot(down, ends[0]), math.hypot(up, ends[1])
+    return ErrorSource(cause, math.expm1(-wider * down), math.expm1(wider * up))
 
 
 def _model_sources(
@@ -662,13 +682,15 @@ def _model_sources(
         yield ErrorSource(Cause.YIELDING, math.expm1(min(ends)), math.expm1(max(ends)))
 
 
-def _unreached_volume(study: _ContactDraws, name: str, shift: float) -> Iterator[ErrorSource]:
-    """Yield the error of the mean gap due to valleys that a tip does not reach.
+def _hidden_valleys(values: Mapping[Any, float], shift: float) -> Iterator[ErrorSource]:
+    """Yield the error due to valleys that a tip did not show.
 
-    They may be as much deeper than those of random surfaces as these are than the image.
+    Those between the flanks of filled points may be as deep as these flanks continue. Those that it
+    did not reach may be as much deeper than those of random surfaces as these are than the image:
+    the mean gap may have the shift by its correction twice.
     """
-    if study.measured.instrument.tip_radius and name == "mean_gap":
-        yield _one_sided(Cause.VALLEYS, shift)
+    if "deeper" in values:
+        yield _one_sided(Cause.VALLEYS, values["deeper"] - values["base"] + shift)
 
 
 def _one_sided(cause: Cause, change: float) -> ErrorSource:
@@ -682,12 +704,11 @@ _NORMAL = NormalDist().inv_cdf(0.975)
 # which it is missing in full; skewness of Gaussian heights, half of that of edges.
 _MISSING_OF_MARKS, _MISSING_OF_EDGES, _FULL_MARKS, _GAUSSIAN = 0.6, 0.4, 0.2, 0.3
 
+# Factor of half widths of the elastic contact area under a tip, from 96 surfaces.
+_ELASTIC_AREA = 1.25
+
 # Correction, as a logarithm, from which the remaining error of the method applies in full.
 _FULL_CORRECTION = 0.1
-
-# Factor of half widths of the elastic contact area, calibrated on 178 surfaces of the virtual
-# instrument of the package.
-_ELASTIC_AREA = 1.25
 
 
 def _combine_draws(
@@ -705,27 +726,22 @@ def _combine_draws(
     first, second = float(drawn.mean()), estimate + float(bracket.mean())
     # Regression of the draws on their deviations; the rest is random.
     moves = {
-        key: (values[key, 1] - values[key, -1]) / 2
+        key: (values[key, 1] - values[key, -1]) / (2 * _NORMAL)
         for source in study.sources
         for key in SOURCES[source]
     }
     shared = np.array([sum(moves[key] * row[key] for key in moves) for row in study.deviations])
-    parts = {source: sum(moves[key] ** 2 for key in SOURCES[source]) for source in study.sources}
-    parts[Cause.CHANCE] = float(np.var(drawn - shared, ddof=1))
-    spread = float(np.var(drawn, ddof=1))
-    total = sum(parts.values())
-    # Quantiles of drawn variables are exact; the random part is known from few draws only.
-    chance = parts[Cause.CHANCE] / total if total else 0.0
-    factor = (1 - chance) * _NORMAL**2 + chance * student(count - 1) ** 2 * (1 + 1 / count)
-    scatter = float(np.var(bracket, ddof=1))
-    weight = scatter / (spread + scatter) if scatter else 1.0
-    width = factor * (weight * spread + (1 - weight) * scatter)
-    squares = {cause: width * part / total if total else 0.0 for cause, part in parts.items()}
+    # The instrument has the same error in both corrections; their random parts are independent.
+    chance, scatter = (float(np.var(part - shared, ddof=1)) for part in (drawn, bracket))
+    weight = scatter / (chance + scatter) if scatter else 1.0
+    factor = student(count - 1) ** 2 * (1 + 1 / count)
+    squares = {Cause.CHANCE: factor * (weight * chance + (1 - weight) * scatter)}
     if study.sampled and name not in _EXTREMES:
         sample = float(np.var(twin - shared, ddof=1))
         squares[Cause.SAMPLE] = student(count - 1) ** 2 * sample
     squares[Cause.CORRECTIONS] = 2 * math.sqrt(weight * (1 - weight)) * (first - second) ** 2
-    closing = total / spread if spread else 1.0
+    spread = float(np.var(drawn, ddof=1))
+    closing = (sum(move**2 for move in moves.values()) + chance) / spread if spread else 1.0
     return weight * first + (1 - weight) * second, squares, closing
 
 

@@ -389,6 +389,17 @@ class Reconstruction:
             return np.zeros(self.shape, dtype=bool)
         return np.kron(self.missing, np.ones((self.finer, self.finer), dtype=bool))
 
+    @property
+    def hidden_depth(self) -> Array:
+        """Depth of the valleys of filled points, if the slope of their edges continues [m]."""
+        slope = np.hypot(*np.gradient(self.heights, *self.pixel))
+        filled = np.zeros(self.heights.shape, bool) if self.missing is None else self.missing
+        edge = ndimage.binary_dilation(filled) & ~filled
+        if not edge.any():
+            return np.zeros(self.shape)
+        distance = ndimage.distance_transform_edt(self._fine_missing, sampling=self.fine)
+        return np.asarray(slope[edge].mean() * distance)
+
     def _erode(self, heights: Array, tip_radius: float) -> Array:
         """Return the highest surface below a map; filled points do not limit measured ones."""
         eroded = -dilate(-heights, self.fine, tip_radius)
