@@ -134,8 +134,8 @@ def test_summits_under_a_ball_are_as_high_and_as_sharp_as_those_of_the_surface()
     assert np.mean(sharpness) == pytest.approx(1, abs=0.1)
 
 
-def test_filled_points_leave_the_height_of_the_summit_beside_them() -> None:
-    # Erosion to filled points lowered summits beside them: 0.82 and 0.92.
+def test_filled_points_leave_the_height_of_the_next_summit() -> None:
+    # Erosion to filled points lowered summits next to them: 0.82 and 0.92.
     heights = []
     for number in (19, 28):
         case = virtual_microscope.draw_measurement(number, "tip")

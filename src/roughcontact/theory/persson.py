@@ -46,7 +46,7 @@ def persson_fractions(
     Σ 2/(nπ) [1 - (-1)ⁿ] sin(s_n p̄) exp(-s_n² V/2) and the yielded part
     Σ 2/(nπ) (-1)ⁿ⁺¹ sin(s_n p̄) [1 - exp(-s_n² V/2)], which tends to p̄/p_lim for rough bodies.
     The theory treats area that has yielded once as saturated, and neglects correlations of the
-    contact spots: boundary elements give a low-load slope near 2 (Hyun et al. 2004; Yastrebov,
+    contact spots: computed low-load slopes are near 2 (Hyun et al. 2004; Yastrebov,
     Anciaux and Molinari 2015).
 
     References
