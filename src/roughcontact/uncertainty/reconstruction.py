@@ -18,7 +18,7 @@ with C of the image of the tip, and erodes afterwards. Erosion is exact where th
 too high elsewhere: where a tip of twice the radius fills R. The error of R has there the mean and
 the standard deviation that it has on ζ, by classes of the height filled. The mean is subtracted.
 Missing points do not limit the erosion of measured ones: filled across a steep flank, they are
-lower than the tip was, and would cut off the summit next to it. Erosion has edges where the tip left
+lower than the tip was, and would cut off the next summit. Erosion has edges where the tip left
 the surface, which has none: waves down to the shortest one of the surface are fitted to it, with
 the inverse variance of the error as weight. The mean error that is left on summits and slopes, by
 classes of the curvature, is subtracted. ``ζ - R(M(ζ))`` is reduced to the standard deviation of its
