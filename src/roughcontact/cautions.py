@@ -11,7 +11,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from roughcontact.errors import InputError, Part, Sentence, split_message
+from roughcontact.errors import InputError, Part, Sentence, read_message, split_message
 
 
 class CautionTag(StrEnum):
@@ -199,9 +199,10 @@ def from_text(entry: str) -> tuple[Caution, ...]:
 
 
 def from_summary(text: Mapping[str, Any]) -> Caution:
-    """Return a caution from its `Caution.summary`; its arguments are plain text."""
+    """Return a caution from its `Caution.summary`."""
     numbers = {str(key): float(value) for key, value in text["numbers"].items()}
-    return Caution(str(text["kind"]), (str(text["text"]),), Severity(text["severity"]), numbers)
+    parts = read_message(str(text["text"]))
+    return Caution(str(text["kind"]), parts, Severity(text["severity"]), numbers)
 
 
 def explain_tag(tag: str) -> str:

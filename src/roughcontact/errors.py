@@ -7,12 +7,14 @@ spelling of arguments; `str` returns the spelling of Python.
 
 from __future__ import annotations
 
+import ast
 import json
 import math
 import re
 import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import zip_longest
 from numbers import Integral, Real
 
 
@@ -62,8 +64,21 @@ def shorten_message(text: str) -> str:
 Part = str | ArgumentRef
 _MARK = re.compile(r"\x00(\[[^\x00]*\])\x00")
 
+_SPELLED = re.compile(r'\b([a-z_]+)=("[^"]*"|True|False|-?[\d.]+(?:e[+-]?\d+)?)')
+"""Argument with a value, in Python syntax."""
+
 Spell = Callable[[ArgumentRef], str]
 """Function that returns the spelling of an argument in one interface."""
+
+
+def read_message(text: str) -> tuple[Part, ...]:
+    """Return the parts of a message in Python syntax; arguments without a value stay text."""
+    pieces = _SPELLED.split(text)
+    names, values = pieces[1::3], map(ast.literal_eval, pieces[2::3])
+    arguments = [ArgumentRef(name, value) for name, value in zip(names, values, strict=True)]
+    return tuple(
+        part for pair in zip_longest(pieces[::3], arguments, fillvalue="") for part in pair if part
+    )
 
 
 def split_message(*parts: Part) -> tuple[Part, ...]:

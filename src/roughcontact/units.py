@@ -140,10 +140,8 @@ def parse(
     if not math.isfinite(value):
         raise refused(f"{shown} which is not a finite number")
     if positive and not value > 0:
-        remedy = repr(_plain(text).lstrip("-−").strip()) if value < 0 else _DIMENSIONS[dimension][1]
-        raise InputError(
-            f"must be positive, got {shown}; write {remedy}", argument=name, value=text
-        )
+        remedy = f"; write {_plain(text).lstrip('-−').strip()!r}" if value < 0 else ""
+        raise InputError(f"must be positive, got {shown}{remedy}", argument=name, value=text)
     return value
 
 

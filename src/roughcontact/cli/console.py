@@ -7,7 +7,9 @@ import re
 import sys
 import textwrap
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +24,7 @@ from roughcontact.analyses.generate.task import COMMAND as GENERATE
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cli import terminal
 from roughcontact.cli.terminal import DisplayOptions
+from roughcontact.errors import render_message
 from roughcontact.request.task import Command
 from roughcontact.units import format_engineering
 
@@ -172,8 +175,14 @@ _INDENT = "  "
 
 def show_reports(reports: Sequence[ContactReport], folder: Path) -> None:
     """Print one row for each contact of a project, the cautions and the results folder."""
-    from roughcontact.batch.plan import FAILED
+    from roughcontact.batch.plan import FAILED, spell_key
     from roughcontact.cautions import from_summary, merge_cautions
+
+    def read_caution(text: Mapping[str, Any]) -> Caution:
+        caution = from_summary(text)
+        return replace(
+            caution, parts=(render_message(caution.parts, partial(spell_key, task=SOLVE)),)
+        )
 
     states = Counter(report.state for report in reports)
     counts = ", ".join(f"{count} {state}" for state, count in states.items())
@@ -183,7 +192,7 @@ def show_reports(reports: Sequence[ContactReport], folder: Path) -> None:
     rows = [(item.name, str(item.summary.get("answer", item.state))) for item in failed_first]
     _print_table(rows, heads=("contact", "answer"), fold=True, indent=_INDENT)
     cautions = [
-        (report.name, map(from_summary, report.summary.get("cautions", ()))) for report in reports
+        (report.name, map(read_caution, report.summary.get("cautions", ()))) for report in reports
     ]
     _print_messages(merge_cautions(cautions, "contacts"))
     # The folder has at least the summary of each solved contact.
