@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact import errors
 from roughcontact.analyses.tasks import TASKS
 from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef, ConvergenceError, Sentence, message_parts
@@ -129,3 +130,11 @@ def test_sentence_keeps_argument_references() -> None:
     assert (
         error.message_for(lambda mention: f"--{mention.name}") == "raise --max_iterations, or stop"
     )
+
+
+def test_a_message_in_python_syntax_gets_its_arguments_back() -> None:
+    text = 'Use s="2.7 µm", precision="single" or max_iterations=2000; see ceiling.'
+    parts = errors.read_message(text)
+    assert errors.render_message(parts) == text
+    found = [(part.name, part.value) for part in parts if isinstance(part, errors.ArgumentRef)]
+    assert found == [("s", "2.7 µm"), ("precision", "single"), ("max_iterations", 2000)]

@@ -157,8 +157,8 @@ class _Script:
         self.names.add(name)
         calls = [self.origin(name, about)]
         for step in about.operations:
-            if step.method != NOTE:
-                method = getattr(Surface, step.method)
+            method = getattr(Surface, step.method, None)
+            if method is not None:
                 calls.append(f"{step.method}({self.arguments(method, step.arguments)})")
         line = f"{name} = {'.'.join(calls)}"
         if len(line) > _WIDTH and len(calls) > 1:

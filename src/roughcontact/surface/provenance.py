@@ -376,4 +376,5 @@ _WORDS: dict[str, _Words] = {
     "with_form": lambda specified, result: (f"form added: {specified['form'].in_words()}",),
     "aligned": _describe_aligned,
     "indented": _describe_indented,
+    "worn": "worn by {mean} on average",
 }

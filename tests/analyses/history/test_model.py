@@ -611,3 +611,19 @@ def test_a_step_that_does_not_converge_is_named() -> None:
     with pytest.raises(rc.ConvergenceError, match="stage 2 of 3: not converged") as caught:
         history(rough(32), [0.0, 1.0, 2.0], material=STEEL, max_iterations=2)
     assert caught.value.result.load == 1.0
+
+
+def test_calibrated_ceiling_of_an_approach_is_that_of_a_first_loading() -> None:
+    # The approach was that from the indented body, with 97 % less contact.
+    path = [Stage(load=2.0), Stage(load=0.0), Stage(approach=5e-7)]
+    terms = {"material": STEEL, "boundary": "periodic"}
+    found = history(rough(), path, **terms)
+    usual = found.under_largest
+    assert usual.approach == pytest.approx(5e-7, rel=1e-6)
+    calibrated = solve.add_calibrated(usual).calibrated
+    alone = rc.solve(rough(), approach=5e-7, **terms).calibrated
+    assert calibrated is not None
+    assert alone is not None
+    assert calibrated.contact_fraction == pytest.approx(alone.contact_fraction, rel=0.02)
+    deepest = float(found.indentation.max())
+    assert calibrated.max_indentation == pytest.approx(deepest, rel=0.2)

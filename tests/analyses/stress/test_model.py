@@ -10,6 +10,7 @@ import roughcontact as rc
 from roughcontact.analyses.stress import model as subsurface_stress
 from roughcontact.cautions import CautionTag
 from roughcontact.halfspace import stress, stress_summary, tensors
+from roughcontact.report.presentation import presentation_of
 from roughcontact.surface import nominal_bodies, shapes
 from roughcontact.theory import hertz
 
@@ -285,3 +286,15 @@ def test_given_depths_do_not_hide_that_the_body_yields() -> None:
     assert near.overall.max_von_mises == everywhere.max_von_mises
     assert "The material yields" in str(near)
     assert near.summary()["overall"] == [everywhere.max_von_mises, everywhere.max_von_mises_at[0]]
+
+
+def test_answer_names_a_ceiling_that_the_other_body_reaches():
+    soft = rc.Material(3e9, 0.4, yield_strength=6e6)
+    contact = rc.solve(ball(), material=STEEL, counter_material=soft, load=0.15)
+    assert contact.saturated_fraction > 0
+    answers = [
+        presentation_of(subsurface_stress.subsurface_stress(contact, in_body=body)).answer()
+        for body in ("body", "counter_body")
+    ]
+    assert answers[0].startswith("The body does not yield, but the contact reaches its pressure")
+    assert "yields" in answers[1]

@@ -19,6 +19,7 @@ from roughcontact.analyses.wear.model import WearStep, wear
 from roughcontact.cli import app
 from roughcontact.report import assumptions
 from roughcontact.report.presentation import presentation_of
+from roughcontact.surface import nominal_bodies
 
 STEEL = rc.Material(210e9, 0.3)
 TERMS: dict[str, Any] = {
@@ -231,3 +232,14 @@ def test_report_assumes_wear_instead_of_one_loading(worn: rc.results.Wear) -> No
     names = [name for name, *_ in assumptions.assumption_rows(case)]
     assert "Archard's law of wear" in names
     assert "One slow loading" not in names
+
+
+def test_worn_ball_is_not_compared_with_hertz() -> None:
+    # The interval of the worn contact began with the contact of the unworn ball.
+    grid: dict[str, Any] = {"shape": (32, 32), "pixel": (3e-6, 3e-6)}
+    ball = nominal_bodies.sphere(radius=3e-3, **grid)
+    result = wear(ball, **{**TERMS, "load": 1.0, "boundary": "free", "distance": "1 m"})
+    assert result.first.hertz is not None
+    assert result.last.hertz is None
+    assert result.last.contact_fraction > 2 * result.first.contact_fraction
+    assert result.last.surface.provenance.steps[-1].startswith("worn by ")

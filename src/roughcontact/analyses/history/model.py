@@ -324,12 +324,14 @@ class LoadHistory(StepResult):
     def under_largest(self) -> ContactResult:
         """Contact under the largest load, on the bodies before the path.
 
-        Slopes and summits are those of the measured bodies; pressure and gap are those of the
-        stage.
+        Slopes and summits are those of the measured bodies, and the approach is from their first
+        touch; pressure and gap are those of the stage.
         """
+        step = max(self.steps, key=lambda step: step.load)
         return replace(
             self.largest,
             pair=self.before,
+            approach=step.approach,
             calibration=self.calibration,
             extra_cautions=self.extra_cautions,
         )

@@ -148,9 +148,8 @@ class HistoryPresentation(Presentation):
         if not depth:
             return f"The {body} keeps no indentation: no point reaches the pressure ceiling."
         settled = "; loading again adds none" if history.is_elastic_now else ""
-        largest, other = history.under_largest, None
-        if largest.calibrated is not None and (usual := largest.totals.max_indentation):
-            other = depth * largest.calibrated.max_indentation / usual
+        calibrated = history.under_largest.calibrated
+        other = None if calibrated is None else calibrated.max_indentation
         deepest = phrases.with_range(depth, other, partial(phrases.format_short, unit="m"))
         return f"The {body} keeps an indentation of {deepest} at most{settled}."
 

@@ -246,7 +246,15 @@ def _answer(stress: StressResult) -> str:
     known = f"{reached} (σ_Y = {format_short(strength, 'Pa')})".replace(") (", "; ")
     if stress.max_von_mises > strength:
         return f"The material yields: the von Mises stress reaches {known}, {where}."
-    return f"Nothing yields: the von Mises stress reaches {known}, {where}."
+    return f"{_unyielding(stress)}: the von Mises stress reaches {known}, {where}."
+
+
+def _unyielding(stress: StressResult) -> str:
+    """Return whether a pressure ceiling is reached where the body itself does not yield."""
+    if not stress.solution.totals.saturated:
+        return "Nothing yields"
+    name = "body" if stress.body == "body" else "counter-body"
+    return f"The {name} does not yield, but the contact reaches its pressure ceiling"
 
 
 def _weakest(stress: StressResult) -> str:
@@ -265,7 +273,7 @@ def _weakest(stress: StressResult) -> str:
         strength += " (a third of its hardness)"
     if first.use > 1:
         return f"{first.name} yields first: {reached} of {strength}, {where}."
-    return f"Nothing yields; nearest is {first.name}: {reached} of {strength}, {where}."
+    return f"{_unyielding(stress)}; nearest is {first.name}: {reached} of {strength}, {where}."
 
 
 def _layer_rows(stress: StressResult) -> list[tuple[str, str]]:

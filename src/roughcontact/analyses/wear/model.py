@@ -448,7 +448,7 @@ class _Run:
             _, state = half.advance(before, 0.5 * (before.distance + after.distance), None)
             end, state = half.advance(state, after.distance, None)
             mean = format_engineering(end.wear, "m", 3)
-            pair = run.worn_bodies(state.depth, Operation.note(f"worn by {mean} on average"))
+            pair = run.worn_bodies(state.depth, Operation("worn", {"mean": mean}))
             last = solve_pair(pair, run.terms, start=state.pressure)
             whole = steps.pop()
             errors = {name: getattr(end, name) / getattr(whole, name) - 1 for name in _ERRORS}
