@@ -149,13 +149,18 @@ def _within_map(result: ContactResult, smooth: SmoothContact) -> Iterator[Cautio
                     edge=edge,
                 )
         elif side < FAR_RATIO * 2 * reach:
-            yield as_caution(
-                CautionTag.HERTZ,
-                f"Periodic copies interact: period is {side / (2 * reach):.2g} Hertz widths, "
-                f"{FAR_RATIO:.0f} needed. Use a larger map.",
-                period=side,
-                width=2 * reach,
-            )
+            yield near_copy_caution(side, 2 * reach, "Hertz")
+
+
+def near_copy_caution(period: float, width: float, name: str) -> Caution:
+    """Return the caution on a period of a few contact widths."""
+    return as_caution(
+        CautionTag.HERTZ,
+        f"Periodic copies interact: period is {period / width:.2g} {name} widths, "
+        f"{FAR_RATIO:.0f} needed. Use a larger map.",
+        period=period,
+        width=width,
+    )
 
 
 def _line_end_note(result: ContactResult) -> Iterator[Caution]:

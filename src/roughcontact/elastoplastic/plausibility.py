@@ -16,8 +16,9 @@ from roughcontact.cautions import (
     as_warning,
     sort_cautions,
 )
-from roughcontact.contact import plausibility
+from roughcontact.contact import hertz_comparison, plausibility
 from roughcontact.contact.plausibility import LARGE_STRAIN
+from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace import tensors
@@ -216,6 +217,8 @@ give 17 % less and 2 give 75 % less.
 """
 
 _FINE_STEP = 0.25
+# Share of the travel along an axis from which its period counts.
+_OBLIQUE = 0.5
 # Largest angle between axis and travel of a roller that slides along its axis [degrees].
 _ALONG = 5.0
 
@@ -259,6 +262,7 @@ def rolling_cautions(
         yield _axial_motion_caution(axis, direction)
         return
     half = half_width(result, direction)
+    yield from _near_copy_cautions(result.solution, half, direction)
     stride = _relative_step(result, step, direction)
     if stride > LONG_STEP:
         yield _coarse_step_caution(stride, half, math.ceil(count * stride / _FINE_STEP - 1e-9))
@@ -270,6 +274,18 @@ def rolling_cautions(
             "least 8, better 16.",
             pixels=pixels,
         )
+
+
+def _near_copy_cautions(
+    solution: ContactResult, half: float, direction: float
+) -> Iterator[Caution]:
+    """Yield the caution on a period of a few contact widths along the travel."""
+    for axis, share in enumerate(_direction_components(direction)):
+        side = solution.surface.size[axis]
+        width = min(2 * half, side)
+        is_along = axis in solution.boundary.periodic_axes and abs(share) > _OBLIQUE
+        if is_along and side < hertz_comparison.FAR_RATIO * width:
+            yield hertz_comparison.near_copy_caution(side, width, "contact")
 
 
 def _coarse_step_caution(stride: float, half: float, steps: int) -> Caution:

@@ -321,7 +321,7 @@ def test_separate_dents_are_not_resolved(tmp_path: Path) -> None:
     assert caution.text in found.summary()["warnings"]
     found.report(tmp_path / "out.html")
     page = " ".join(html.unescape((tmp_path / "out.html").read_text("utf-8")).split())
-    assert "contact half-widths: strain means nothing" in page
+    assert "contact half-widths: strain is meaningless" in page
     assert "steps, pixel and direction of the passes" in page
 
 
@@ -333,6 +333,17 @@ def test_steps_above_half_the_half_width_give_caution(steps, expected) -> None:
         found[CautionTag.STEP_LENGTH].severity if expected else found.get(CautionTag.STEP_LENGTH)
     ) is expected
     assert CautionTag.ROLLING_PIXEL not in found
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("points", [16, 48])
+def test_roller_near_its_periodic_copies_gives_caution(points: int) -> None:
+    found = cautions_of(roll_line(Line(3.7, half_width=4, points=points), 1, steps=16))
+    if points == 48:
+        assert CautionTag.HERTZ not in found
+    else:
+        numbers = found[CautionTag.HERTZ].numbers
+        assert numbers["period"] / numbers["width"] == pytest.approx(16 / 8, rel=0.15)
 
 
 @pytest.mark.long
