@@ -569,11 +569,14 @@ def _check_ceiling(result: ContactResult) -> Caution | None:
     if (other := result.calibrated) is not None and not other.is_of_base:
         change, calibrated = other.contact_area / result.contact_area - 1, other.ceiling
     excess = ceiling / calibrated - 1
+    effect = f"{100 * abs(change):.2g} % {('more' if change > 0 else 'less')} contact area"
+    # The rule is that of a given load.
+    is_known = other is not None or result.control == "load"
     return severity(
         CautionTag.CEILING,
         f"Ceiling {format_engineering(ceiling, 'Pa', 3)} is {100 * abs(excess):.0f} % "
-        f"{('above' if excess > 0 else 'below')} the calibrated one, which gives "
-        f"{100 * abs(change):.2g} % {('more' if change > 0 else 'less')} contact area. Use "
+        f"{('above' if excess > 0 else 'below')} the calibrated one"
+        f"{f', which gives {effect}' if is_known else ''}. Use "
         f"{ArgumentRef('ceiling', CALIBRATED)}.",
         area_change=change,
         recommended_ceiling=calibrated,
