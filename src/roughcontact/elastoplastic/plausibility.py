@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace import tensors
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.surface.provenance import Provenance
 from roughcontact.units import format_engineering
@@ -50,7 +52,8 @@ _OF_THE_CEILING = (
 def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
     """Return the cautions on a state of the volume, the most severe first."""
     shown = (c for c in result.solution.cautions if c.kind not in _OF_THE_CEILING)
-    return sort_cautions([*(c for check in _CHECKS for c in check(result)), *shown])
+    own = (c for check in _CHECKS for c in check(result))
+    return sort_cautions(map(_with_full_period, (*own, *shown)))
 
 
 def performed_checks(result: ElastoplasticResult) -> tuple[str, ...]:
@@ -252,6 +255,17 @@ def half_width(result: ElastoplasticResult, direction: float) -> float:
 def too_long(result: ElastoplasticResult, step: float, direction: float) -> bool:
     """Return whether the indentations of successive steps of a pass may be separate."""
     return _relative_step(result, step, direction) > LONGEST_STEP
+
+
+def _with_full_period(caution: Caution) -> Caution:
+    """Return a caution that recommends no strip: the volume has two free or periodic axes."""
+    parts = tuple(
+        ArgumentRef("boundary", Boundary.PERIODIC)
+        if isinstance(part, ArgumentRef) and part.name == "boundary"
+        else part
+        for part in caution.parts
+    )
+    return replace(caution, parts=parts)
 
 
 def rolling_cautions(

@@ -22,6 +22,8 @@ _FUNCTIONS = {
     "result.uncertainty": "--uncertainty",
     "rc.solve_elastoplastic": "solve … --model elastoplastic",
     "rc.solve_elastoplastic, then unload": "solve --model elastoplastic --unload",
+    "surface.filled()": "--missing fill",
+    "depth": "depth, an argument in Python",
     "to_pandas()": "--verbose",
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
-from roughcontact.errors import InputError, input_error
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.units import to_si
 
 VALUES = 2**20
@@ -47,12 +47,16 @@ def check_grid(heights: ArrayLike, pixel: Any) -> tuple[NDArray[np.float64], tup
     return copy, edges
 
 
+FILL = "surface.filled()"
+"""Call that fills missing points; commands name their option instead."""
+
+
 def require_complete(heights: ArrayLike) -> None:
     """Raise `InputError` for a map with missing points."""
     missing = int(np.count_nonzero(np.isnan(heights)))
     if missing:
         raise InputError(
-            f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
+            f"has {missing} missing points; crop or fill them first: {ArgumentRef(FILL)}",
             argument="heights",
         )
 

@@ -58,6 +58,7 @@ from roughcontact.halfspace.fft import Workspace, limit_threads
 from roughcontact.solvers.progress import Progress, Step, Tell
 from roughcontact.surface import filters, resolution
 from roughcontact.surface.form import level
+from roughcontact.surface.grid import FILL
 from roughcontact.surface.instrument import Instrument
 from roughcontact.surface.random_surfaces import seed_of
 from roughcontact.surface.surface import Surface
@@ -211,7 +212,10 @@ def check(result: ContactResult) -> None:
             raise InputError("has no intervals; omit it", argument=argument)
     surface = result.surface
     if surface.missing:
-        raise InputError("has missing points; intervals need a filled map", argument="surface")
+        raise InputError(
+            f"has missing points; intervals need a filled map: {ArgumentRef(FILL)}",
+            argument="surface",
+        )
     share = surface.provenance.filled_share(surface.heights.size)
     if share > MAX_FILLED_SHARE:
         raise InputError(
