@@ -333,3 +333,20 @@ def test_joint_interval_matches_area_interval_at_equal_change():
     assert rooted.doubts[1] == ErrorSource(Cause.GRID, -0.06, 0.06)
     unknown = joint_interval("length", 1.0, contact, 0.01, (math.nan, math.nan))
     assert unknown.unknown == (Cause.YIELDING,)
+
+
+def test_joint_of_much_contact_has_the_bounds_of_its_area():
+    # Above 30 % contact the calibrated ceiling of a metal that hardens was not tested.
+    contact = rc.solve(
+        rc.Surface(*rc.reference_map(64)),
+        material="Cu-ETP",
+        load="220 MPa",
+        boundary="periodic",
+        calibrated=False,
+    )
+    assert contact.contact_fraction > 0.3
+    area = causes(interval(contact))[Cause.YIELDING]
+    alike = causes(joint_interval("length", 1.0, contact, 0.0, (-0.2, -0.2)))[Cause.YIELDING]
+    assert (alike.low, alike.high) == pytest.approx((min(area.low, -0.2), area.high))
+    falls = causes(joint_interval("gap", 1.0, contact, 0.0, (0.25, -0.2)))[Cause.YIELDING]
+    assert falls.low == pytest.approx(1 / (1 + area.high) - 1)

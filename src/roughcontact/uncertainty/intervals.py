@@ -265,15 +265,22 @@ def joint_interval(
     the quantity and of the contact area under the other ceiling; NaN if unknown. Two grids
     give three times their difference to either side (Roache 1994). The error of the calibrated
     ceiling is the error of the area, times the change of the quantity over the change of the area.
+    Where that ceiling was not tested, the area has the bounds that it has without it.
     """
     doubts = [ErrorSource(Cause.GRID, -_TWO_GRIDS * abs(coarser), _TWO_GRIDS * abs(coarser))]
     if contact.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN):
         change, area = calibrated
-        rate = abs(math.log1p(change) / math.log1p(area)) if change > -1 and area else math.nan
-        # A calibrated contact is compared with three yield strengths for the rate alone.
+        power = math.log1p(change) / math.log1p(area) if change > -1 and area else math.nan
+        # A calibrated contact is compared with three yield strengths for the power alone.
         change = change if contact.calibration is None else 0.0
-        error = rate * (plausibility.shown_error(contact) + _ONE_SPHERE) * (1 + change)
-        doubts.insert(0, ErrorSource(Cause.YIELDING, *_change_bounds(change, error)))
+        shown = plausibility.shown_error(contact)
+        if math.isnan(shown):
+            ends = [math.expm1(power * math.log1p(end)) for end in _area_bounds(contact)]
+            # Unlike `min`, NumPy keeps NaN.
+            bounds = float(np.min([0.0, change, *ends])), float(np.max([0.0, change, *ends]))
+        else:
+            bounds = _change_bounds(change, abs(power) * (shown + _ONE_SPHERE) * (1 + change))
+        doubts.insert(0, ErrorSource(Cause.YIELDING, *bounds))
     return Interval(name, value, tuple(_possible(doubt, name, value) for doubt in doubts))
 
 
