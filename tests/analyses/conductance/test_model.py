@@ -357,7 +357,9 @@ def test_invalid_options_are_rejected_in_one_sentence(
 ) -> None:
     load = ("--load", "1 N")
     for more, said in (
-        (load, "--counter-conductivity is needed. Give --counter-conductivity '46 W/m/K'"),
+        (load, "--counter-conductivity is needed: give --counter-conductivity '46 W/m/K'"),
+        ((*load, "--set", "gap-pressure=1 Pa"), "gap-pressure needs --gap"),
+        ((*load, "--set", "temperature=300 °C"), "temperature needs --gap"),
         ((*load, "--counter-material", "16MnCr5"), "is needed: 16MnCr5 has none"),
         ((), "--load is needed"),
         (("--load", "1 N, 2"), "--load needs a load"),

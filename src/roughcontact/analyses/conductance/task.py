@@ -85,13 +85,12 @@ def _check(request: Request) -> None:
         lacking, material = joints.CONDUCTIVITY, options.MATERIAL
         if bodies[0].conductivity is not None:
             lacking, material = joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL
-        named = request[material]
-        which = "" if named is None else f": {named.name} has none"
-        raise InputError(
-            f"is needed{which}. Give {ArgumentRef(lacking.argument, '46 W/m/K')} or "
-            f"{ArgumentRef(material.argument, 'Cu-ETP')}.",
-            argument=lacking.argument,
-        )
+        named, example = request[material], ArgumentRef(lacking.argument, "46 W/m/K")
+        if named is None:
+            advice = f"give {example} or {ArgumentRef(material.argument, 'Cu-ETP')}"
+        else:
+            advice = f"{named.name} has none in the catalog; give it, such as {example}"
+        raise InputError(f"is needed: {advice}", argument=lacking.argument)
     films = ELECTRICAL_FILM, joints.THERMAL_FILM, CURRENT, GAP
     for film, kind, there in zip(films, 2 * kinds, 2 * known, strict=True):
         if request[film] and not there:
@@ -125,7 +124,12 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
     short_help="load material counter-material conductivity counter-conductivity gap boundary "
     "missing output report",
     run=_run,
-    rules=(*joints.LOAD_RULES, *joints.FACE_RULES),
+    rules=(
+        *joints.LOAD_RULES,
+        *joints.FACE_RULES,
+        options.Rule(options.NEEDS, GAP_PRESSURE, GAP),
+        options.Rule(options.NEEDS, joints.TEMPERATURE, GAP),
+    ),
     check=_check,
     last=last_contact,
     held=2,

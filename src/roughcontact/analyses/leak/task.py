@@ -143,7 +143,11 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     ),
     short_help="load viscosity pressure-difference gas inlet outlet ring material boundary report",
     run=_run,
-    rules=(*joints.LOAD_RULES, *joints.FACE_RULES),
+    rules=(
+        *joints.LOAD_RULES,
+        *joints.FACE_RULES,
+        options.Rule(options.NEEDS, joints.TEMPERATURE, GAS),
+    ),
     check=_check,
     last=last_contact,
     memory=_memory,
