@@ -70,7 +70,7 @@ def persson_fractions(
     require_positive(ceiling=ceiling)
     if mean_pressure > ceiling:
         raise InputError(
-            f"= {mean_pressure:.6g} Pa exceeds the ceiling of {ceiling:.6g} Pa: "
+            f"= {mean_pressure / 1e6:.6g} MPa exceeds the ceiling of {ceiling / 1e6:.6g} MPa: "
             "no such load can be carried",
             argument="mean_pressure",
             value=mean_pressure,

@@ -22,6 +22,7 @@ from roughcontact.analyses.estimate.stored_formulas import (
 )
 from roughcontact.cautions import Caution, CautionTag, as_note, sort_cautions
 from roughcontact.contact.ceiling import recommend_ceiling
+from roughcontact.contact.plausibility import IMPLAUSIBLE_SLOPE
 from roughcontact.contact.result import CALIBRATED, MIN_SHOWN_CHANGE, ContactResult
 from roughcontact.errors import (
     ArgumentRef,
@@ -480,6 +481,8 @@ def _roughness(surface: Surface | None, specified: dict[str, Any]) -> Roughness:
         elif value is not None and not math.isfinite(value):
             raise input_error(name, value, "must be finite")
     stated = {name: value for name, value in specified.items() if value is not None}
+    if stated.get("Sdq", 0.0) > IMPLAUSIBLE_SLOPE:
+        raise input_error("Sdq", stated["Sdq"], f"is a slope, at most {IMPLAUSIBLE_SLOPE:g}")
     if surface is not None:
         if surface.is_profile:
             raise InputError(
@@ -487,13 +490,12 @@ def _roughness(surface: Surface | None, specified: dict[str, Any]) -> Roughness:
                 argument="surface",
             )
         return replace(surface_parameters(surface), **stated)
-    for name, what in (
-        ("Sq", "root-mean-square height of the surface"),
-        ("Sdq", "its root-mean-square gradient"),
-    ):
+    for name, what in (("Sq", "root-mean-square height"), ("Sdq", "root-mean-square slope")):
         if name not in stated:
             raise InputError(
-                f"must be given without a map, or Ra and finish: {what}", argument=name
+                f"is needed without a map: the {what}; or give {ArgumentRef('Ra')} and "
+                f"{ArgumentRef('finish')}",
+                argument=name,
             )
     skewness = stated.get("Ssk", 0.0)
     usual = {

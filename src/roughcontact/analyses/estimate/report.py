@@ -140,13 +140,16 @@ class EstimatePresentation(Presentation):
         return (), rows
 
     def remarks(self) -> tuple[str, ...]:
-        """Return the meaning of the intervals."""
+        """Return the meaning of the intervals, and what the formulas do not cover."""
+        meaning = "Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map."
         if self.result.finish:
-            return (
+            meaning = (
                 "Intervals: slope from Ra and finish to a factor of two, Sq 1.11 to 1.41 Ra, "
-                "ceiling 3 σ_Y to the hardness. A map narrows them.",
+                "ceiling 3 σ_Y to the hardness. A map narrows them."
             )
-        return ("Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",)
+        if self.result.stiffness is not None:
+            return (meaning,)
+        return (meaning, "No stiffness or conductance: their formulas end at 12 % contact.")
 
     def inputs(self) -> list[Block]:
         """Return the blocks on both bodies, the surface and the load."""

@@ -100,6 +100,7 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
             options.NEEDED, NOMINAL_PRESSURE, text="load over nominal area, such as '20 MPa'"
         ),
         options.Rule(options.NEEDS, RA, FINISH),
+        options.Rule(options.EXCLUDES, RA, SQ),
         options.Rule(options.NEEDS, FINISH, RA),
         options.Rule(options.NEEDS, COUNTER_RA, RA),
         options.Rule(options.NEEDS, COUNTER_FINISH, COUNTER_RA),
