@@ -389,7 +389,7 @@ def _run_each(task: Task, files: Sequence[Path], specified: Given, display: Disp
     elif display is not DisplayOptions.QUIET:
         from roughcontact.cli import console
 
-        console.print_outcomes([file.name for file in files], outcomes)
+        console.print_outcomes([file.name for file in files], outcomes, task)
     for item in failed:
         terminal.print_error(f"error: {item.message_for(task.spell_argument)}")
     if failed or not all(item.converged for item in outcomes if not isinstance(item, Exception)):

@@ -68,29 +68,36 @@ def print_outcome(outcome: Outcome, display: DisplayOptions) -> None:
     _print_written(outcome.written)
 
 
-def print_outcomes(names: Sequence[str], outcomes: Sequence[Outcome | Exception]) -> None:
-    """Print the answer for each of several files, and the range of their contact areas."""
+def print_outcomes(
+    names: Sequence[str], outcomes: Sequence[Outcome | Exception], task: Command
+) -> None:
+    """Print the answer for each of several files, the range of their areas, and their cautions."""
+    from roughcontact.cautions import merge_cautions
+    from roughcontact.contact.nominal_hertz import has_nominal_body
     from roughcontact.report.presentation import presentation_of
 
     rows: list[Cells] = []
-    shares: list[float] = []
-    what = "face"
+    contacts: list[ContactResult] = []
+    cautions: list[tuple[str, Iterable[Caution]]] = []
     for name, item in zip(names, outcomes, strict=True):
         if isinstance(item, Exception):
             rows.append((name, "not solved"))
             continue
         rows.append((name, presentation_of(item.result, **item.extra_results).answer()))
+        cautions.append((name, item.result.cautions))
         # The elastoplastic result has its contact as its solution.
-        contact = getattr(item.result, "solution", item.result)
-        shares.append(contact.contact_fraction)
-        what = "profile" if contact.pair.is_profile else "face"
+        contacts.append(getattr(item.result, "solution", item.result))
     _print_table(rows, heads=("file", "result"), fold=True)
-    text = f"{len(shares)} of {units.count_noun(len(rows), 'file')} solved"
-    if shares:
+    text = f"{len(contacts)} of {units.count_noun(len(rows), 'file')} solved"
+    if contacts and not any(has_nominal_body(contact.pair.origins) for contact in contacts):
+        shares = [contact.contact_fraction for contact in contacts]
         low, high = (units.format_percent(end(shares)) for end in (min, max))
         ends = low if low == high else units.join_ends(low, high)
-        text += f"; {ends} of the {what} is in contact"
+        text += f"; {ends} of the {'profile' if contacts[0].pair.is_profile else 'face'} is in"
+        text += " contact"
     _print_lines(f"{text}.")
+    print()
+    _print_messages(merge_cautions(cautions, "files"), task)
 
 
 def _print_blocks(blocks: Iterable[Block], known: set[Cells], task: Command) -> None:

@@ -546,8 +546,7 @@ def _estimate(
 ) -> Estimate:
     if ceiling is not None and pressure > ceiling:
         raise InputError(
-            f"= {pressure:.6g} Pa exceeds the ceiling of {ceiling:.6g} Pa: no such load can be "
-            "carried",
+            f"= {pressure / 1e6:.6g} MPa exceeds the ceiling of {ceiling / 1e6:.6g} MPa",
             argument="pressure",
             value=pressure,
         )
