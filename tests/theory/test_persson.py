@@ -55,5 +55,7 @@ def test_persson_fractions_are_ordered(share: float, roughness: float) -> None:
 
 
 def test_persson_refuses_more_than_the_ceiling() -> None:
-    with pytest.raises(InputError, match="mean_pressure = 2e-06 MPa exceeds the ceiling of 1e-06 MPa"):
+    with pytest.raises(
+        InputError, match="mean_pressure = 2e-06 MPa exceeds the ceiling of 1e-06 MPa"
+    ):
         persson.persson_fractions(2.0, 1.0, 1.0, 1.0)

@@ -73,7 +73,7 @@ from roughcontact.errors import (
     ArgumentRef,
     CapacityError,
     InputError,
-    require_choice,
+    input_error,
     require_positive,
 )
 from roughcontact.material.hardening import flow_stress
@@ -114,7 +114,9 @@ def resolve_ceiling(
     if isinstance(ceiling, str):
         if pair.is_coated:
             return _coated_ceiling(ceiling, pair)
-        require_choice(("auto", CALIBRATED), ceiling=ceiling)
+        if ceiling not in ("auto", CALIBRATED):
+            names = f"'auto', {CALIBRATED!r} or 'none' for a body without a coating"
+            raise input_error("ceiling", ceiling, f"must be a pressure, a hardness, {names}")
         body = pair.softer
         if ceiling == CALIBRATED and (body is None or body.yield_strength is None):
             raise InputError(

@@ -345,7 +345,9 @@ def space_values(first: float, last: float, number: int, spacing: str = "log") -
     if spacing not in ("log", "linear"):
         raise input_error("spacing", spacing, "must be 'log' or 'linear'")
     if not (0 < first < last < math.inf):
-        raise InputError(f"the first value must be positive and below the last: {first}, {last}")
+        raise InputError(
+            f"the first value must be positive and below the last: {first:g}, {last:g}"
+        )
     require_count(2, memory.STEPS, number=number)
     values = (np.geomspace if spacing == "log" else np.linspace)(first, last, number)
     return [float(value) for value in values]

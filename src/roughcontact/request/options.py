@@ -286,13 +286,18 @@ POINTS = map_option(
     "points", parsing.points, "Grid of a nominal --body without FILE: 256 or 128x512."
 )
 CROP = map_option(
-    "crop", parsing.window, "Rows and columns to keep: 0:256,100:356.", label="Crop (rows, columns)"
+    "crop",
+    parsing.window,
+    "Rows and columns to keep: 0:256,100:356.",
+    label="Crop (rows, columns)",
+    arguments=("rows", "columns"),
 )
 OUTLIERS = map_option(
     "outliers",
     parsing.number,
     "Remove spikes beyond this many robust standard deviations: 6.",
     label="Remove spikes (standard deviations)",
+    arguments=("limit",),
 )
 LEVEL = Option(
     "level",

@@ -110,8 +110,7 @@ def crop_map(
         minimum = min(2, length)
         if not (0 <= start and start + minimum <= stop <= length):
             raise InputError(
-                f"must be (start, stop) with 0 <= start, stop <= {length} and at least {minimum} "
-                f"between them, got ({start}, {stop})",
+                f"must be within 0 to {length} and keep at least {minimum}, got {start}:{stop}",
                 argument=name,
                 value=(start, stop),
             )

@@ -73,9 +73,9 @@ def gaussian_band(
         raise InputError(
             "or l must be given: the cut-off below or above which waves are removed", argument="s"
         )
-    for cutoff in (s, l):
+    for name, cutoff in (("s", s), ("l", l)):
         if cutoff is not None:
-            _check_cutoff(heights.shape, pixel, cutoff)
+            _check_cutoff(heights.shape, pixel, cutoff, name)
     if s is not None and l is not None and not s < l:
         raise InputError(
             f"must be below l, got s = {format_engineering(s, 'm')} and l = "
@@ -156,8 +156,10 @@ def _smooth(heights: Array, cutoffs: tuple[float, float]) -> Array:
     return smooth
 
 
-def _check_cutoff(shape: tuple[int, ...], pixel: Pixel, cutoff: float) -> None:
-    require_positive(cutoff=cutoff)
+def _check_cutoff(
+    shape: tuple[int, ...], pixel: Pixel, cutoff: float, name: str = "cutoff"
+) -> None:
+    require_positive(**{name: cutoff})
     shortest = 2 * max(edge for length, edge in zip(shape, pixel, strict=True) if length > 1)
     longest = min(length * edge for length, edge in zip(shape, pixel, strict=True) if length > 1)
     # The tolerance accepts rounding of a cut-off of two pixels or of the whole side.
@@ -166,7 +168,7 @@ def _check_cutoff(shape: tuple[int, ...], pixel: Pixel, cutoff: float) -> None:
             "must be between two pixels and the shorter side of the map, "
             f"{format_engineering(shortest, 'm')} to {format_engineering(longest, 'm')}, got "
             f"{format_engineering(cutoff, 'm')}",
-            argument="cutoff",
+            argument=name,
             value=cutoff,
         )
 

@@ -56,7 +56,7 @@ def require_complete(heights: ArrayLike) -> None:
     missing = int(np.count_nonzero(np.isnan(heights)))
     if missing:
         raise InputError(
-            f"has {missing} missing points; crop or fill them first: {ArgumentRef(FILL)}",
+            f"has {missing} missing points; fill or crop them first: {ArgumentRef(FILL)}",
             argument="heights",
         )
 

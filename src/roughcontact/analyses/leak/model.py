@@ -39,7 +39,7 @@ from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import fluids
 from roughcontact.theory.rarefied_gas import mean_free_path
-from roughcontact.units import Quantity, format_change, format_percent
+from roughcontact.units import Quantity, format_change, format_engineering, format_percent
 
 THRESHOLD = 0.42
 """Contact fraction at the percolation threshold of isotropic self-affine contact.
@@ -726,7 +726,10 @@ def seal_of(
 def _gas_state(name: str, inlet: float, outlet: float, temperature: Quantity | None) -> GasState:
     gas = fluids.gas(name)
     if not outlet < inlet:
-        raise input_error("outlet", outlet, "must be below the inlet pressure")
+        ends = (format_engineering(pressure, "Pa") for pressure in (inlet, outlet))
+        raise InputError(
+            "must be below the inlet pressure, {}, got {}".format(*ends), argument="outlet"
+        )
     warmth = temperature_or_room(temperature)
     return GasState(name, gas.molar_mass.value, gas.viscosity_at(warmth), warmth, inlet, outlet)
 

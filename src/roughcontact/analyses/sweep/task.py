@@ -48,6 +48,12 @@ def _steps(request: Request) -> tuple[str, list[Any]]:
     form, ends = type(first), (first, last)
     if form is not float:
         ends = first.value, last.value
+    if ends[0] >= ends[1]:
+        raise InputError(
+            f"must be below {ArgumentRef('to')}, got {request.specified[FROM.name]!r} and "
+            f"{request.specified[TO.name]!r}",
+            argument="from",
+        )
     return control, [form(value) for value in space_values(*ends, request[STEPS], request[SPACING])]
 
 
