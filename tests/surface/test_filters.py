@@ -87,7 +87,7 @@ def test_cutoffs_the_map_cannot_hold(cutoff) -> None:
         lambda: filters.gaussian_band(np.zeros((40, 20)), PIXEL, s=cutoff),
         lambda: filters.gaussian_band(np.zeros((40, 20)), PIXEL, l=cutoff),
     ):
-        with pytest.raises(InputError, match=r"^(s|cutoff) must"):
+        with pytest.raises(InputError, match=r"^(s|l|cutoff) must"):
             call()
 
 
