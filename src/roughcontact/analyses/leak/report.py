@@ -453,10 +453,13 @@ class LeakagePresentation(Presentation):
     def remarks(self) -> Iterator[str]:
         """Yield remarks on the scaling of the rate, the narrowest constriction and accuracy."""
         result, seal = self.result, self.result.seal
-        if seal is not None and has_nominal_body(result.largest.pair.origins):
+        if seal is None:
+            rate = f"{ArgumentRef('viscosity')} and {ArgumentRef('pressure_difference')}"
+            yield Sentence(f"Flow of a liquid: Q = k w Δp/(12 η L); give {rate} for a leak rate")
+        elif has_nominal_body(result.largest.pair.origins):
             if not seal.is_whole:
                 yield Sentence(f"Rate scales with the width: {ArgumentRef('seal_width')}")
-        elif seal is not None and (seal.length is None or not seal.is_whole):
+        elif seal.length is None or not seal.is_whole:
             edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
             yield Sentence(f"Rate scales with width/length of the land: {edges}")
         yield from _fluid_lines(result)
