@@ -199,3 +199,21 @@ def test_edge_caution_recommends_no_boundary_that_is_set() -> None:
     found = next(item for item in result.cautions if item.kind == CautionTag.EDGE)
     assert "Measure a larger map." in str(found)
     assert "periodic" not in str(found)
+
+
+@pytest.mark.parametrize(("radius", "form"), [(0.02, "cylinder"), (np.inf, None)])
+def test_measured_map_with_a_form_gives_caution(radius: float, form: str | None) -> None:
+    rng = np.random.default_rng(1)
+    x = 2e-6 * (np.arange(64) - 31.5)
+    heights = -(x**2) / (2 * radius) + 5e-9 * rng.normal(size=(64, 64))
+    measured = rc.Surface(heights, (2e-6, 2e-6))
+    counter = nominal_bodies.cylinder(radius=0.005, shape=(64, 64), pixel=(2e-6, 2e-6), angle=90.0)
+    result = rc.solve(
+        measured, counter_surface=counter, material=STEEL, load="10 N/mm", boundary="periodic-y"
+    )
+    caution = hertz_comparison.measured_form_caution(result)
+    assert (caution is None) == (form is None)
+    assert (caution in result.cautions) == (form is not None)
+    if caution is not None:
+        assert ArgumentRef("form", form) in caution.parts
+        assert caution.numbers["radius"] == pytest.approx(radius, rel=0.01)

@@ -21,10 +21,20 @@ from roughcontact.cautions import (
     sort_cautions,
 )
 from roughcontact.contact.load_case import HertzPressure, LineLoad
-from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact, is_smooth
+from roughcontact.contact.nominal_hertz import (
+    CIRCLE,
+    ELLIPSE,
+    LINE,
+    SmoothContact,
+    has_nominal_body,
+    is_nominal_origin,
+    is_smooth,
+    relative_curvature,
+)
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import MIN_SPOT_PIXELS
 from roughcontact.errors import ArgumentRef
+from roughcontact.surface.form import level
 from roughcontact.units import format_engineering
 
 SMALL_FRACTION = 0.1
@@ -32,6 +42,9 @@ SMALL_FRACTION = 0.1
 
 FAR_RATIO = 4.0
 """Ratio of period to contact size from which periodic images hardly interact."""
+
+# Curvature of a measured map over that of the nominal bodies from which it matters.
+_MIN_CURVATURE = 0.1
 
 # Second moment of Hertz's pressure along a semi-axis, relative to its square.
 _MOMENTS = {CIRCLE: 1 / 5, ELLIPSE: 1 / 5, LINE: 1 / 4}
@@ -123,6 +136,41 @@ def hertz_load_note(result: ContactResult) -> Caution | None:
     """Return why the load of a Hertz peak pressure does not apply to this map, or None."""
     answer = [item for item in comparison_limits(result) if item.severity != "note"]
     return answer[0] if answer else None
+
+
+def has_measured_map(result: ContactResult) -> bool:
+    """Return whether one of the bodies in contact is nominal, and one of them is measured."""
+    pair = result.pair
+    return not pair.is_profile and has_nominal_body(pair.origins) and not is_smooth(pair)
+
+
+def measured_form_caution(result: ContactResult) -> Caution | None:
+    """Return the caution on a measured map with a curvature of its own."""
+    nominal = relative_curvature(result.pair.origins)
+    largest = 0.0 if nominal is None else float(np.abs(np.diag(nominal)).max())
+    for surface in (result.surface, result.counter_surface):
+        steps = () if surface is None else surface.provenance.operations
+        is_known = any(step.method == "with_form" for step in steps)
+        if surface is None or is_known or is_nominal_origin(surface.provenance):
+            continue
+        rough = level(surface.heights, "quadric")
+        shape = level(surface.heights, "plane") - rough
+        if not largest or np.nanstd(shape) < np.nanstd(rough):
+            continue
+        curvatures = [
+            abs(float(np.nanmean(np.diff(shape, 2, axis=axis)))) / edge**2
+            for axis, edge in enumerate(surface.pixel)
+        ]
+        if max(curvatures) > _MIN_CURVATURE * largest:
+            form = "cylinder" if min(curvatures) < max(curvatures) / 4 else "sphere"
+            radius = format_engineering(1 / max(curvatures), "m", 2)
+            return as_caution(
+                CautionTag.HERTZ,
+                f"Hertz's theory leaves out the curvature of the map (radius {radius}). Use "
+                f"{ArgumentRef('form', form)} {ArgumentRef('body', f'{form} {radius}')}.",
+                radius=1 / max(curvatures),
+            )
+    return None
 
 
 def _smooth_limits(result: ContactResult) -> SmoothContact:

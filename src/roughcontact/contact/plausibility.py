@@ -787,6 +787,11 @@ CHECKS = (
         hertz_comparison.hertz_load_note,
         hertz_comparison.behind_load,
     ),
+    Check(
+        "curvature of the measured map",
+        hertz_comparison.measured_form_caution,
+        hertz_comparison.has_measured_map,
+    ),
     Check("checksums of its file", lambda _: no_checksums(), lambda r: r.without_checksums),
 )
 
