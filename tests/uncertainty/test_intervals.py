@@ -350,3 +350,19 @@ def test_joint_of_much_contact_has_the_bounds_of_its_area():
     assert (alike.low, alike.high) == pytest.approx((min(area.low, -0.2), area.high))
     falls = causes(joint_interval("gap", 1.0, contact, 0.0, (0.25, -0.2)))[Cause.YIELDING]
     assert falls.low == pytest.approx(1 / (1 + area.high) - 1)
+
+
+def test_elastic_pressure_above_the_strength_of_a_base_leaves_no_interval():
+    film = rc.Layer(200e9, 0.3, 2e-6, hardness="20 GPa", name="film")
+    terms = {
+        "material": rc.Material(210e9, 0.3, 1e9, coating=[film]),
+        "boundary": "periodic",
+        "ceiling": None,
+    }
+    surface = rc.Surface(*rc.reference_map(64))
+    high = rc.solve(surface, load="100 MPa", **terms)
+    assert high.max_pressure > 3e9
+    assert Cause.YIELDING in interval(high).unknown
+    low = rc.solve(rc.Surface(surface.heights / 100, surface.pixel), load="1 MPa", **terms)
+    assert low.max_pressure < 3e9
+    assert Cause.YIELDING not in interval(low).unknown

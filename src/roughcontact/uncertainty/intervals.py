@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact.contact import hertz_comparison, plausibility
+from roughcontact.contact.ceiling import coated_ceilings
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.result import Result
@@ -294,6 +295,9 @@ def _rim(result: ContactResult) -> ErrorSource:
 
 def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
     """Return the error due to plasticity of the volume; None below first yield."""
+    limits = coated_ceilings(result.pair).values() if result.pair.is_coated else ()
+    if result.ceiling is None and limits and result.max_pressure > min(limits):
+        return ErrorSource(Cause.YIELDING, math.nan, math.nan)
     if result.regime in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN) and not (
         result.pair.is_coated and result.ceiling is not None
     ):
