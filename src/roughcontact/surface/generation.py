@@ -25,7 +25,7 @@ from roughcontact.surface.shapes import require_grid
 from roughcontact.surface.spectrum import texture
 from roughcontact.surface.surface import Surface, summary
 from roughcontact.theory import height_distribution
-from roughcontact.units import Quantities, Quantity, to_si
+from roughcontact.units import Quantities, Quantity, format_engineering, to_si
 
 
 def turned_heights(
@@ -419,13 +419,14 @@ def _longer_rolloff(spectrum: Spectrum, requested: _Request, Sal: float) -> floa
     rolloff = min(max(wanted, spectrum.cutoff), 4 * side)
     if rolloff == spectrum.rolloff:
         kind, other = (
-            ("at least", "shorter than the cut-off of the waves; give a shorter ")
+            ("at least", "shorter than the cut-off of the waves; give more points, or a shorter ")
             if rolloff == spectrum.cutoff
             else ("at most", "longer than the map holds; give longer sides or another ")
         )
         raise InputError(
-            f"must be {kind} {Sal:.4g} m on this map, got {requested.Sal:.4g} m: its waves would "
-            f"be {other}{ArgumentRef('cutoff_wavelength')}",
+            f"must be {kind} {format_engineering(Sal, 'm')} on this map, got "
+            f"{format_engineering(requested.Sal, 'm')}: its waves would be {other}"
+            f"{ArgumentRef('cutoff_wavelength')}",
             argument="Sal",
             value=requested.Sal,
         )

@@ -526,7 +526,7 @@ def test_residual_surface_is_a_surface_like_any_other(two_passes: LoadHistory) -
         (
             [1.0, Stage(load=1.0, shift=(3.3e-6, 0.0))],
             rc.InputError,
-            r"stage 2.*no whole number.*nearest is \(4.16666667e-06, 0\)",
+            r"stage 2.*no whole number.*nearest is '4166.66667 nm, 0 nm'",
         ),
         ([1.0, -1.0], rc.InputError, "stage 2: load must be finite and not negative"),
         ([1.0, math.nan], rc.InputError, "stage 2: load must be finite"),

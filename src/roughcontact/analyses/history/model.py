@@ -811,10 +811,11 @@ def _pixels(shift: tuple[float, float], surface: Surface, number: int) -> tuple[
     ratios = [length / edge for length, edge in zip(shift, surface.pixel, strict=True)]
     whole = [round(ratio) for ratio in ratios]
     if any(abs(r - w) > _WHOLE for r, w in zip(ratios, whole, strict=True)):
-        near = ", ".join(f"{w * edge:.9g}" for w, edge in zip(whole, surface.pixel, strict=True))
+        near = [w * edge for w, edge in zip(whole, surface.pixel, strict=True)]
+        text = ", ".join(f"{1e9 * length:.9g} nm" for length in near)
         raise InputError(
             f"stage {number}: {ArgumentRef('shift')} ({format_lengths(shift, ', ')}) is no whole "
-            f"number of pixels of {format_lengths(surface.pixel)}; the nearest is ({near}) m"
+            f"number of pixels of {format_lengths(surface.pixel)}; the nearest is '{text}'"
         )
     if any(abs(w) >= points for w, points in zip(whole, surface.shape, strict=True)):
         raise InputError(
