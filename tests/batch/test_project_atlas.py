@@ -28,7 +28,7 @@ def test_cases_are_returned_from_other_processes(
     task = (place, atlas_cases.ceilings, drawn, done)
     # A map that cannot be made.
     bad = (place, atlas_cases.ceilings, replace(drawn, points=0), done)
-    monkeypatch.setattr(atlas, "to_do", lambda most: [task, bad])
+    monkeypatch.setattr(atlas, "missing_tasks", lambda most: [task, bad])
     atlas.compute(None, LOCAL, 1, None)
     output = sorted(capsys.readouterr().out.splitlines(), key=len)
     assert output[0].endswith(f"{drawn.name} solved")

@@ -68,6 +68,7 @@ def test_unambiguous_decimal_commas_are_read(tmp_path: Path, mark: str) -> None:
         ("nan nan\nnan nan\n", "no finite value"),
         (b"\xff\xfe1\x00\x00", "no plain text"),
         (b"\x89PNG\r\n\x1a\n\x00", "is a PNG image"),
+        (b"# damaged\n-0\x00\x000.5\n1 2\n3 4\n", "line 2 has a character of code zero"),
     ],
 )
 def test_text_that_is_no_matrix(tmp_path: Path, text: str | bytes, words: str) -> None:

@@ -428,7 +428,7 @@ def _head_of_text(path: Path) -> dict[str, str]:
 
 
 def _lines(path: Path, stream: TextIO) -> Iterator[str]:
-    """Yield the lines of a text; raise for a line that would exceed the memory."""
+    """Yield the lines of a text; raise for lines beyond the memory, or that are no text."""
     number = 0
     while line := stream.readline(_MAX_LINE_BYTES):
         number += 1
@@ -436,6 +436,11 @@ def _lines(path: Path, stream: TextIO) -> Iterator[str]:
             raise FormatError(
                 f"{path.name} has more than {_MAX_LINE_BYTES // 2**20} million characters in line "
                 f"{number}; a text matrix has one row of the map a line"
+            )
+        if "\0" in line:
+            raise FormatError(
+                f"{path.name} is no plain text, or damaged: line {number} has a character of code "
+                "zero; copy it again"
             )
         yield line if line.isascii() else line.translate(_TYPED)
 

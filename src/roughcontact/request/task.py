@@ -31,11 +31,19 @@ Given = Mapping[str, str | bool | list[str]]
 """Options as text, by name: True for a flag, a list for an option that may be repeated."""
 
 
+# Largest number of known names in a message.
+_MAX_KNOWN = 50
+
+
 def unknown_name(noun: str, name: str, known: Sequence[str]) -> str:
     """Return the message on an unknown name, with the most similar known one."""
     close = get_close_matches(name, known, n=1)
     meant = f"did you mean {close[0]}? Known" if close else "known"
-    return f"unknown {noun} {shorten_value(name)}; {meant} are {', '.join(known)}"
+    rest = len(known) - _MAX_KNOWN
+    more = f" and {rest} more" if rest > 0 else ""
+    return (
+        f"unknown {noun} {shorten_value(name)}; {meant} are {', '.join(known[:_MAX_KNOWN])}{more}"
+    )
 
 
 @dataclass(frozen=True, eq=False)
