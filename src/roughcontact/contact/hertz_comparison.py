@@ -145,7 +145,7 @@ def has_measured_map(result: ContactResult) -> bool:
 
 
 def measured_form_caution(result: ContactResult) -> Caution | None:
-    """Return the caution on a measured map with a curvature of its own."""
+    """Return the caution on a curved map whose form Hertz's theory leaves out."""
     nominal = relative_curvature(result.pair.origins)
     largest = 0.0 if nominal is None else float(np.abs(np.diag(nominal)).max())
     for surface in (result.surface, result.counter_surface):
