@@ -484,7 +484,7 @@ CEILING: Option[str | float | None] = Option(
     "ceiling",
     parsing.ceiling,
     'Pressure ceiling: "3 GPa", "62 HRC", calibrated, auto (3σ_Y) or none '
-    "(elastic); default: auto.",
+    "(elastic); coated: coating, base, bracket; default: auto.",
     "auto",
     label="Pressure ceiling",
 )
