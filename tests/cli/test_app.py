@@ -902,7 +902,9 @@ def test_solve_of_several_files_prints_a_row_each(tmp_path: Path, capsys: Captur
     assert [record["source"] for record in records] == ["a.npz", "b.npz"]
     assert app.main(["solve", *files, str(tmp_path / "none.npz"), *FLAT]) == app.BAD_INPUT
     shown = capsys.readouterr()
-    assert "2 of 3 files solved; " in " ".join(shown.out.split())
+    text = " ".join(shown.out.split())
+    assert "2 of 3 files solved; " in text
+    assert re.search(r"CAUTION \w+: [^.]*\([12] of 2 files, ", text)
     assert "none.npz does not exist" in shown.err
     status = app.main(["solve", *files, *FLAT, "--output", str(tmp_path / "a.nc")])
     assert_rejected(capsys, status, "--output takes the result of one file")
