@@ -430,5 +430,6 @@ class ConductancePresentation(Presentation):
         yield make_use("resistance of the spots", "Holm1967", "Greenwood1966")
         if _is_plated(self.result):
             yield make_use("spreading in layers", "Antonetti1985")
-        yield make_use("correlations of flat joints", "Cooper1969", "Mikic1974", "Sridhar1996")
+        yield make_use("correlations of flat joints", "Cooper1969", "YovanovichCorrelations1982")
+        yield make_use("elastic joints and microhardness", "Mikic1974", "Sridhar1996")
         yield make_use("gas in the gap", "Song1993", "Yovanovich1982")

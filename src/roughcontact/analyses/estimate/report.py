@@ -168,6 +168,7 @@ class EstimatePresentation(Presentation):
     def works(self) -> Iterator[Use]:
         """Yield the works on the formulas."""
         yield make_use("formulas of nominally flat contact", "Persson2001", "Yang2008")
-        yield make_use("correlations of flat joints", "Cooper1969", "Mikic1974", "Barber2003")
+        yield make_use("correlations of flat joints", "Cooper1969", "YovanovichCorrelations1982")
+        yield make_use("elastic joints", "Mikic1974", "Barber2003")
         if self.result.air_conductance:
             yield make_use("air in the gap", "Yovanovich1982", "Song1993")
