@@ -325,9 +325,10 @@ def regime(result: ContactResult, *, in_layers: bool = False) -> str:
     name = result.regime
     if name is Regime.SATURATED:
         share = format_percent(result.saturated_fraction / result.contact_fraction)
+        area = _extent(result) if result.measurement is None else f"{_extent(result)} as measured"
         return (
-            f"The material yields at the surface: on {share} of the contact {_extent(result)} the "
-            "pressure is at its ceiling, and the surface there keeps an indentation."
+            f"The material yields at the surface: on {share} of the contact {area} the pressure "
+            "is at its ceiling, and the surface there keeps an indentation."
         )
     if result.pair.is_coated:
         return "" if in_layers else "Yielding of a coated body needs the stress in its layers."
