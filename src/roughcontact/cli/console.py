@@ -93,8 +93,8 @@ def print_outcomes(
         shares = [contact.contact_fraction for contact in contacts]
         low, high = (units.format_percent(end(shares)) for end in (min, max))
         ends = low if low == high else units.join_ends(low, high)
-        text += f"; {ends} of the {'profile' if contacts[0].pair.is_profile else 'face'} is in"
-        text += " contact"
+        what = "profile" if contacts[0].pair.is_profile else "face"
+        text += f"; {ends} of the {what} is in contact"
     _print_lines(f"{text}.")
     print()
     _print_messages(merge_cautions(cautions, "files"), task)
@@ -185,11 +185,10 @@ def show_reports(reports: Sequence[ContactReport], folder: Path) -> None:
     from roughcontact.batch.plan import FAILED, spell_key
     from roughcontact.cautions import from_summary, merge_cautions
 
-    def read_caution(text: Mapping[str, Any]) -> Caution:
-        caution = from_summary(text)
-        return replace(
-            caution, parts=(render_message(caution.parts, partial(spell_key, task=SOLVE)),)
-        )
+    def read_caution(summary: Mapping[str, Any]) -> Caution:
+        caution = from_summary(summary)
+        text = render_message(caution.parts, partial(spell_key, task=SOLVE))
+        return replace(caution, parts=(text,))
 
     states = Counter(report.state for report in reports)
     counts = ", ".join(f"{count} {state}" for state, count in states.items())

@@ -392,11 +392,10 @@ class Reconstruction:
     @property
     def hidden_depth(self) -> Array:
         """Depth of the valleys of filled points, if the slope of their edges continues [m]."""
-        slope = np.hypot(*np.gradient(self.heights, *self.pixel))
-        filled = np.zeros(self.heights.shape, bool) if self.missing is None else self.missing
-        edge = ndimage.binary_dilation(filled) & ~filled
-        if not edge.any():
+        if self.missing is None or not self.missing.any():
             return np.zeros(self.shape)
+        slope = np.hypot(*np.gradient(self.heights, *self.pixel))
+        edge = ndimage.binary_dilation(self.missing) & ~self.missing
         distance = ndimage.distance_transform_edt(self._fine_missing, sampling=self.fine)
         return np.asarray(slope[edge].mean() * distance)
 
