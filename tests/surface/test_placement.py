@@ -62,6 +62,14 @@ def test_the_finer_pixel_decides() -> None:
     assert one.size == pytest.approx(same.size, abs=6e-6)
 
 
+def test_fine_grid_reaches_the_outer_points_of_a_coarse_map() -> None:
+    coarse = Surface(waves((60, 70), (4e-6, 4e-6)), (4e-6, 4e-6))
+    fine = Surface(waves((260, 300), (1e-6, 1e-6)), (1e-6, 1e-6))
+    one, two = placement.match_grids(coarse, fine)
+    assert one.shape == two.shape == (4 * 59 + 1, 4 * 69 + 1)
+    np.testing.assert_allclose(one.heights[::4, ::4], coarse.heights, rtol=1e-9, atol=1e-15)
+
+
 def test_equal_maps_stay_as_they_are() -> None:
     surface = Surface(waves(SHAPE, PIXEL), PIXEL)
     other = Surface(surface.heights[::-1], PIXEL)

@@ -40,7 +40,6 @@ def test_the_integrals_of_greenwood_and_williamson(power: float, separation: flo
     assert gw.excess(power, np.array([separation]))[0] == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.slow
 def test_summits_are_those_that_one_counts() -> None:
     # The shortest wave has 16 pixels, so that a summit is a pixel above its eight neighbours.
     n, pixel = 1024, 1e-6
