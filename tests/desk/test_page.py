@@ -256,18 +256,26 @@ def test_views_are_built_with_map(tmp_path: Path) -> None:
 
 
 def test_large_map_takes_half_of_the_window_and_leaves_room_for_the_section() -> None:
-    surface = rc.Surface(1e-7 * np.random.default_rng(1).standard_normal((32, 32)), (1e-6, 1e-6))
-    result = rc.solve(surface, load=1e-3, material="100Cr6")
+    heights = 1e-7 * np.random.default_rng(1).standard_normal((32, 32))
+    square, wide = (rc.Surface(heights[:rows], (1e-6, 1e-6)) for rows in (32, 12))
     view = ContactView(lambda line: None, lambda rows, columns: None, lambda done: done())
-    sizes = (1024, 768, 0.5, 0), (1280, 800, 0.55, 0), (1440, 900, 0.48, 100), (1920, 1080, 0.45, 0)
-    for width, height, share, room in sizes:
+    sizes = (1024, 768, 0.54), (1280, 800, 0.55), (1440, 900, 0.55), (1920, 1080, 0.5)
+    for width, height, share in sizes:
         view.fit(width, height)
-        view.show_contact(surface, result, None)
         plot = view.maps.plot
-        # Axes, title and color bar belong to the map.
-        assert plot.frame_width + 113 >= share * width
-        assert plot.frame_height + 65 + 136 + room <= height
-        assert plot.frame_width == plot.frame_height
+        for surface in square, wide:
+            result = rc.solve(surface, load=1e-3, material="100Cr6")
+            view.show_contact(surface, result, None)
+            # Axes, title and color bar belong to the map.
+            assert plot.frame_width + 113 >= share * width
+            assert plot.frame_height + 65 + 136 <= height
+            assert plot.frame_width * len(surface.heights) == pytest.approx(
+                plot.frame_height * 32, rel=0.01
+            )
+            # The section is in view: beside the map, or below it where the map leaves room.
+            below = surface is wide or width < 1240
+            assert view._sheet.css_classes == ["below"] * below
+            assert surface is square or plot.frame_height + 65 + 140 + 290 <= height
 
 
 @pytest.mark.long

@@ -123,7 +123,7 @@ def test_a_measured_file_from_drop_to_download(
     page.mouse.down()
     page.mouse.move(x - 40, y - 30 if y > 360 else y + 30, steps=5)
     page.mouse.up()
-    seat.wait_for_title("at the points nearest to it")
+    seat.wait_for_title("at the nearest points")
     assert "\nline = [" in (served.folder / seat.key / "project.toml").read_text()
     # Exported numbers equal those of the command line to the last digit.
     result = seat.download("result (.nc)", tmp_path)
@@ -506,7 +506,7 @@ def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[in
         page.wait_for_timeout(500)
         assert page.evaluate(_SCROLLING) == [], tab
     # No tab next to the maps or below them is covered.
-    for name, shown in (("Contact spots", r"^\d+ contact spots"), ("Results", "converged, cert")):
+    for name, shown in (("Spots", r"^\d+ contact spots"), ("Results", "converged, cert")):
         tab, text = page.get_by_role("tab", name=name), page.get_by_text(re.compile(shown)).first
         tab.click()
         text.wait_for()

@@ -101,19 +101,16 @@ class SectionPlot:
         self.heights, self.pressure = self._make_plot(150), self._make_plot(104)
         self.pressure.toolbar_location = None
         where = {"x": "place", "source": self.source}
-        for lower, upper, color, label in (
-            ("lower", "open", style.GAP, "gap"),
-            ("flows", "lower", drawing_style.SATURATED, "plastic overlap (saturated)"),
+        bands = {"gap": style.GAP, "plastic overlap": drawing_style.SATURATED}
+        lines = {"counter-body": style.NEUTRAL, "body": drawing_style.SERIES[0]}
+        for lower, upper, color in zip(
+            ("lower", "flows"), ("open", "lower"), bands.values(), strict=True
         ):
-            self.heights.varea(y1=lower, y2=upper, color=color, legend_label=label, **where)
-        for column, color, label in (
-            ("upper", style.NEUTRAL, "counter-body"),
-            ("lower", drawing_style.SERIES[0], "body"),
-        ):
-            drawn = self.heights.line(
-                y=column, line_color=color, line_width=1.5, legend_label=label, **where
-            )
-        self.heights.add_layout(self.heights.legend[0], "above")
+            self.heights.varea(y1=lower, y2=upper, color=color, **where)
+        for column, color in zip(("upper", "lower"), lines.values(), strict=True):
+            drawn = self.heights.line(y=column, line_color=color, line_width=1.5, **where)
+        self.legend = style.make_markup(margin=0)
+        self.legend.text = style.color_legend(bands | lines)
         self._hover: Any = models.HoverTool(
             renderers=[drawn],
             mode="vline",
@@ -129,7 +126,8 @@ class SectionPlot:
             line_color=None,
             source=self.bars,
         )
-        self.root: Any = models.Column(self.heights, self.pressure, sizing_mode="stretch_width")
+        parts = self.legend, self.heights, self.pressure
+        self.root: Any = models.Column(*parts, sizing_mode="stretch_width")
         self.clear()
 
     def _make_plot(self, height: int) -> Any:
@@ -140,7 +138,7 @@ class SectionPlot:
             sizing_mode="stretch_width",
             tools="xpan,xwheel_zoom,xbox_zoom,reset",
             background_fill_color=None,
-            min_border_left=64,
+            min_border_left=40,
             min_border_right=8,
         )
         plot.yaxis.ticker.desired_num_ticks = 3
@@ -157,14 +155,15 @@ class SectionPlot:
         """Show both bodies along a line, or the surface alone without a result."""
         with style.batch_changes(self.heights.document):
             where = points_on_line(surface, line)
-            self.pressure.visible = self.heights.legend.visible = result is not None
+            self.pressure.visible = self.legend.visible = result is not None
             if result is None:
                 self._show_surface(surface, where)
             else:
                 self._show_contact(
                     bodies_on_line(result, where), where, drawing_style.doubt_suffix(result)
                 )
-            self._name(surface, line)
+            if not surface.is_profile:
+                self.heights.title.text += _place_text(line)
 
     def _show_surface(self, surface: rc.Surface, where: SectionPoints) -> None:
         heights = surface.heights[where.rows, where.columns] - np.nanmean(surface.heights)
@@ -212,30 +211,24 @@ class SectionPlot:
             ends = {"start": (low - room) * scale, "end": (high + room) * scale}
             self.heights.y_range.update(**ends)
         self.pressure.y_range.end = 1.08 * (largest or 1.0) * press
-        self.heights.yaxis.axis_label = f"height [{height_unit}]"
-        self.pressure.yaxis.axis_label = f"pressure [{pressure_unit}]"
-        self.pressure.xaxis.axis_label = f"along the line from A to B [{unit}]"
+        self.pressure.xaxis.axis_label = f"from A to B [{unit}]"
         shown = (unit, height_unit, height_unit, height_unit, pressure_unit)
         self._hover.tooltips = [
             (name, f"@{column}{{%0.4g}} {unit}")
             for (column, name), unit in zip(_HOVER, shown, strict=True)
         ]
-        share = float(np.count_nonzero(touching)) / touching.size
-        self.pressure.title.text = (
-            f"Pressure, largest {units.format_engineering(largest, 'Pa')}, {100 * share:.3g} % of "
-            f"the line is in contact{doubtful}"
-        )
+        share = units.format_percent(float(np.count_nonzero(touching)) / touching.size)
+        self.heights.title.text = f"Heights [{height_unit}]"
+        self.pressure.title.text = f"Pressure [{pressure_unit}], contact {share}{doubtful}"
 
-    def _name(self, surface: rc.Surface, line: Line) -> None:
-        y0, x0, y1, x1 = line
-        if surface.is_profile:
-            first, last = (units.format_engineering(x, "m") for x in (x0, x1))
-        else:
-            first, last = (units.format_lengths(place, ", ") for place in ((y0, x0), (y1, x1)))
-        axes = "x " if surface.is_profile else "y, x = "
-        oblique = not surface.is_profile and y0 != y1 and x0 != x1
-        nearest = ", at the points nearest to it" if oblique else ""
-        self.heights.title.text = f"Section from {axes}{first} to {last}{nearest}"
+
+def _place_text(line: Line) -> str:
+    """Return the coordinate of a line along x or y, or how points off the grid are read."""
+    y0, x0, y1, x1 = line
+    for name, first, last in (("y", y0, y1), ("x", x0, x1)):
+        if first == last:
+            return f" at {name} = {units.format_engineering(first, 'm')}"
+    return " at the nearest points"
 
 
 _HOVER = (
@@ -304,7 +297,7 @@ class DetailPanel:
         self._line: Line | None = None
         self._proposed: Line | None = None
         self.below = pn.pane.Bokeh(self.section.root, **style.BLOCK)
-        names = ("Results", "Contact spots", "Pressures", "Surface")
+        names = ("Results", "Spots", "Pressures", "Surface")
         self._parts = [pn.pane.HTML("", **style.WIDE) for _ in names]
         self._drawn: dict[int, Any] = {}
         self._tabs = Tabs(dict(zip(names, self._parts, strict=True)), self._draw_tab)

@@ -186,8 +186,8 @@ _MARGIN = 0.15
 _MIN_MAP_PIXELS = 60
 # Margins of the large map [dots]: title and tools, x-axis, y-axis, color bar.
 _ABOVE, _BELOW, _BEFORE, _BEHIND = 24, 44, 46, 76
-# Thumbnails [dots]: spacing, height of the name, smallest and largest side.
-_SPACING, _NAME, _NARROWEST, _WIDEST = 8, 32, 60, 92
+# Thumbnails [dots]: spacing, smallest and largest side.
+_SPACING, _NARROWEST, _WIDEST = 8, 60, 92
 # Delay of the thumbnails after the large map [ms].
 _OTHERS = 80
 
@@ -285,22 +285,15 @@ class MapsView:
         self.legend, self.readout = (style.make_markup(margin=(4, 0)) for _ in range(2))
         self.readout.update(syncable=False, text=_READOUT_HINT)
         self.show_cursor_values(self.plot)
-        self._room, self._large = (640, 420), PRESSURE
+        self._room, self._large = (640, 420, 0), PRESSURE
         self._frame: tuple[float, float] = (300, 300)
         names = [f"{number} {_SHORT.get(key, NAMES[key])}" for number, key in enumerate(NAMES, 1)]
-        self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
+        self.strip = TabStrip(names=names, active=1, pictured=True, **style.STRIP)
         self.strip.param.watch(lambda event: self.enlarge(list(NAMES)[event.new]), "active")
-        readings = pn.Column(
-            self.readout, self.legend, margin=0, styles={"flex": "1 1 100px", "min-width": "0"}
+        self.root = pn.Column(
+            pn.pane.Bokeh(self.plot, margin=0), margin=0, stylesheets=[style.TALL]
         )
-        self.root = pn.Row(
-            pn.pane.Bokeh(self.plot, margin=0),
-            self.strip,
-            readings,
-            sizing_mode="stretch_width",
-            margin=0,
-            stylesheets=[style.CSS["MAPS"]],
-        )
+        self.side = pn.Column(self.strip, self.legend, margin=0, **style.HIGH)
         self._later = style.Debounced(self.plot, self._handle_move)
         self._others = style.Debounced(self.plot, self._draw_others, _OTHERS)
         self._arrange()
@@ -326,6 +319,7 @@ class MapsView:
             before = self.large
             # The section shows a whole profile.
             self.root.visible = surface is None or not surface.is_profile
+            self.side.visible = self.readout.visible = self.root.visible
             self.strip.visible = result is not None
             if surface is not self.surface:
                 self._put_surface(surface)
@@ -353,10 +347,10 @@ class MapsView:
             self._arrange()
             self._name()
 
-    def fit(self, width: int, height: int) -> None:
-        """Fit the maps to a width and height [dots]."""
-        if (width, height) != self._room:
-            self._room = width, height
+    def fit(self, width: int, height: int, side: int) -> None:
+        """Fit the maps to a width, a height and the least width of the thumbnails [dots]."""
+        if (width, height, side) != self._room:
+            self._room = width, height, side
             with style.batch_changes(self.plot.document):
                 self._arrange()
                 self._fit(self._wanted)
@@ -384,19 +378,19 @@ class MapsView:
 
     def _arrange(self) -> None:
         """Set the sizes of the large map and the thumbnails."""
-        width, height = self._room
+        width, height, side = self._room
         tall, wide = self._home.bottom - self._home.top, self._home.right - self._home.left
         down = max(height - _ABOVE - _BELOW, _MIN_MAP_PIXELS)
-        side, strip = 0.0, 0.0
-        if self.result is not None:
-            # Thumbnails in one column.
-            side = min(max(height / len(NAMES) - _NAME, _NARROWEST), _WIDEST)
-            strip = side + 2 * _SPACING
-        large = min((width - strip - _BEFORE - _BEHIND) / wide, down / tall)
+        across = width - _BEFORE - _BEHIND
+        large = min((across - side) / wide, down / tall)
         large = max(large, _MIN_MAP_PIXELS / min(tall, wide) / 2)
         frame = self._frame = round(tall * large), round(wide * large)
         self.plot.update(frame_height=frame[0], frame_width=frame[1])
-        self.strip.side = round(side)
+        # As many thumbnails in a row as are not too small.
+        sides = [(across - frame[1] + _SPACING) / count - _SPACING for count in (5, 3, 2)]
+        self.strip.side = math.floor(
+            min(next((s for s in sides if s >= _NARROWEST), sides[-1]), _WIDEST)
+        )
         for key, bar in self.bars.items():
             bar.visible = key == self.large
         # The browser colors no map that it does not show.
@@ -603,29 +597,23 @@ class MapsView:
 
     def _legend(self) -> None:
         result = self.result
-        entries = []
+        shares: dict[str, tuple[float, str]] = {}
         if result is not None:
             lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
             touching, saturated = result.contact_fraction, result.saturated_fraction
-            entries = [
-                ("var(--ground)", f"no contact {units.format_percent(1 - touching - lost)}"),
-                (drawing_style.ELASTIC, f"elastic {units.format_percent(touching - saturated)}"),
-                (drawing_style.SATURATED, f"saturated {units.format_percent(saturated)}"),
-                (drawing_style.CLOSED, f"closed, in the gap {units.format_percent(touching)}"),
-            ]
+            shares = {
+                "no contact": (1 - touching - lost, "var(--ground)"),
+                "elastic": (touching - saturated, drawing_style.ELASTIC),
+                "saturated": (saturated, drawing_style.SATURATED),
+                "closed, in the gap": (touching, drawing_style.CLOSED),
+            }
         missing = 0 if self.surface is None else self.surface.missing
         if missing and self.surface is not None:
-            entries.append(
-                (
-                    drawing_style.MISSING,
-                    f"missing {units.format_percent(missing / self.surface.heights.size)}",
-                )
-            )
+            shares["missing"] = missing / self.surface.heights.size, drawing_style.MISSING
+        names = {f"{name} {units.format_percent(x)}": color for name, (x, color) in shares.items()}
         if result is not None and self._is_beyond(result):
-            entries.append((drawing_style.OVER, "pressure beyond the scale"))
-        patches = (f"<div>{style.color_patch(*entry)}</div>" for entry in entries)
-        # A number stays on the line of its unit.
-        self.legend.text = "".join(patches).replace(" %", "\N{NO-BREAK SPACE}%")
+            names["pressure beyond the scale"] = drawing_style.OVER
+        self.legend.text = style.color_legend(names)
 
     def _is_beyond(self, result: rc.ContactResult) -> bool:
         """Whether the largest pressure exceeds the upper color limit, beyond rounding."""

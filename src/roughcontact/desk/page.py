@@ -468,9 +468,8 @@ def make_page(visit: PageVisit) -> Any:
     return Page(visit).root
 
 
-# Height of the section, width of the readout, smallest width of the large map [dots], and its
-# smallest share of the window.
-_SECTION, _READOUT, _MAP, _SHARE = 290, 122, 720, 0.46
+# Height of the section, padding, gap of the columns, margins of the large map [dots].
+_SECTION, _PADDING, _GAP, _AROUND = 290, 32, 16, 68
 
 
 class ContactView:
@@ -505,19 +504,17 @@ class ContactView:
 
     @cached_property
     def _figures(self) -> Any:
-        return pn.Column(
-            self._keep,
-            self.maps.root,
-            margin=0,
-            styles={"grid-row": "span 2"},
-            stylesheets=[style.TALL],
-        )
+        return pn.Column(self._keep, self.maps.root, margin=0, stylesheets=[style.TALL])
 
     @cached_property
     def _sheet(self) -> Any:
         """Layout of the maps, their legend and the detail panels."""
         return pn.Row(
-            *(self._figures, self.detail.below, self.detail.tabs),
+            self._figures,
+            self.maps.side,
+            self.detail.below,
+            self.maps.readout,
+            self.detail.tabs,
             sizing_mode="stretch_width",
             margin=0,
             stylesheets=[style.CSS["CONTACT"]],
@@ -540,6 +537,7 @@ class ContactView:
         with style.batch_changes(self.maps.plot.document):
             self.fit(*self._size)
             self.maps.show_contact(surface, result)
+            self._place_section()
             self.detail.show_contact(surface, result, line, numbers)
             self.maps.section.set_line(self.detail.line)
             if self._start in self.root.objects or not self.root.objects:
@@ -549,15 +547,23 @@ class ContactView:
         """Fit the view to a window [dots]."""
         self._size = width, height
         if self._surface is not None:
-            wide = width >= style.NARROW
-            rail = min(0.27 * width, 460) if wide else 0
-            main = self._figures.width = int(width - style.LEFT - rail - 64)
-            # Below the map, the section is in view unless the map would be too small.
-            available = height - (140 if width >= style.WRAPPED else 204)
-            smallest = max(_SHARE * width, _MAP) - 54
-            wanted = available if wide else min(max(available - _SECTION, smallest), available)
-            readout = _READOUT if width >= style.WRAPPED else 0
-            self.maps.fit(main - readout, int(max(wanted, 380)))
+            side = 140 if width < style.WRAPPED else 240
+            if width >= style.NARROW:
+                side = int(min(0.27 * width, 460))
+            self.maps.fit(width - style.LEFT - _PADDING - _GAP, self._available, side)
+            self._place_section()
+
+    @property
+    def _available(self) -> int:
+        """Height of the view [dots]."""
+        width, height = self._size
+        return max(height - (140 if width >= style.WRAPPED else 204), 380)
+
+    def _place_section(self) -> None:
+        """Show the section below the map if there is room or no room beside it."""
+        rest = self._available - self.maps.plot.frame_height - _AROUND
+        below = self._size[0] < style.WRAPPED or rest >= _SECTION
+        self._sheet.css_classes = ["below"] if below else []
 
     def enlarge(self, place: int) -> None:
         """Show a map as the large map, by its index."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -113,13 +113,12 @@ def color_palette(colours: NDArray[np.float64]) -> list[str]:
     return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in levels]
 
 
-def color_patch(colour: str, text: str) -> str:
-    """Return a sample of a color with its escaped name, as markup."""
-    return (
-        f'<span style="display:inline-block;width:11px;height:11px;margin-right:5px;'
-        f'border:1px solid #999;vertical-align:-1px;background:{colour}"></span>'
-        f"{html.escape(text)}"
-    )
+def color_legend(colors: Mapping[str, str]) -> str:
+    """Return escaped names, each with a sample of its color, as markup."""
+    return " ".join(
+        f'<span class="patch"><i style="background:{color}"></i>{html.escape(name)}</span>'
+        for name, color in colors.items()
+    ).replace(" %", "\N{NO-BREAK SPACE}%")
 
 
 def make_markup(**options: Any) -> Any:
