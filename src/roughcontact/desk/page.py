@@ -537,6 +537,7 @@ class ContactView:
         with style.batch_changes(self.maps.plot.document):
             self.fit(*self._size)
             self.maps.show_contact(surface, result)
+            self._figures.visible = self.maps.root.visible
             self._place_section()
             self.detail.show_contact(surface, result, line, numbers)
             self.maps.section.set_line(self.detail.line)
