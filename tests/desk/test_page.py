@@ -272,7 +272,7 @@ def test_large_map_takes_half_of_the_window_and_leaves_room_for_the_section() ->
             assert plot.frame_width * len(surface.heights) == pytest.approx(
                 plot.frame_height * 32, rel=0.01
             )
-            # The section is in view: beside the map, or below it where the map leaves room.
+            # The section is in view: right of the map, or below it where the map leaves room.
             below = surface is wide or width < 1240
             assert view._sheet.css_classes == ["below"] * below
             assert surface is square or plot.frame_height + 65 + 140 + 290 <= height

@@ -386,7 +386,7 @@ class MapsView:
         large = max(large, _MIN_MAP_PIXELS / min(tall, wide) / 2)
         frame = self._frame = round(tall * large), round(wide * large)
         self.plot.update(frame_height=frame[0], frame_width=frame[1])
-        # As many thumbnails in a row as are not too small.
+        # The most thumbnails in a row that are large enough.
         sides = [(across - frame[1] + _SPACING) / count - _SPACING for count in (5, 3, 2)]
         self.strip.side = math.floor(
             min(next((s for s in sides if s >= _NARROWEST), sides[-1]), _WIDEST)

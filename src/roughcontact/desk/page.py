@@ -561,7 +561,7 @@ class ContactView:
         return max(height - (140 if width >= style.WRAPPED else 204), 380)
 
     def _place_section(self) -> None:
-        """Show the section below the map if there is room or no room beside it."""
+        """Place the section below the map if the window has room there, or none to its right."""
         rest = self._available - self.maps.plot.frame_height - _AROUND
         below = self._size[0] < style.WRAPPED or rest >= _SECTION
         self._sheet.css_classes = ["below"] if below else []

@@ -25,7 +25,7 @@ _STEPS = {
 }
 
 CEILING = make_use("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
-RECOMMENDED = make_use("calibrated ceiling", "Jackson2005")
+RECOMMENDED = make_use("calibrated ceiling", "Jackson2005", "Pullen1972", "Childs1973")
 
 
 def contact_references(result: ContactResult) -> Uses:

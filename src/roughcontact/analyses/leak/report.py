@@ -508,7 +508,7 @@ class LeakagePresentation(Presentation):
 
     def works(self) -> Iterator[Use]:
         """Yield the works on the flow."""
-        yield make_use("flow through the gap", "Patir1978")
+        yield make_use("flow through the gap", "Patir1978", "Patir1979")
         if _is_gas(self.result):
             yield make_use("gas of any rarefaction", "Cercignani1963", "Fukui1990")
             yield make_use("classes of leak rates", "Rottlaender2016")

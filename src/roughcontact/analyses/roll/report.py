@@ -300,7 +300,10 @@ class RollingPresentation(Presentation):
     def works(self) -> Iterator[Use]:
         """Yield the works cited for the result."""
         yield from citations.volume_references(self.result.result)
-        yield make_use("passes and shakedown", "Johnson1985", "Boucly2007")
+        yield make_use(
+            "passes and shakedown", "Johnson1985", "Johnson1989", "Ponter1985", "Boucly2007"
+        )
+        yield make_use("displacement per pass", "Crook1957", "Merwin1963")
 
     def case(self) -> assumptions.Case:
         """Return the case of the last state."""

@@ -27,6 +27,7 @@ from roughcontact.drawing import maps, sections
 from roughcontact.drawing.sections import loaded_profile, pressure_histogram, section, versus_hertz
 from roughcontact.errors import ConvergenceError, InsufficientMemoryError, Sentence
 from roughcontact.formats import export
+from roughcontact.references import make_use
 from roughcontact.report import chapters, page, phrases
 from roughcontact.report.figures import CONTACT, FRONT, PROFILE_CONTACT, ContactScene
 from roughcontact.report.inputs import SURFACE, TRACE
@@ -36,6 +37,7 @@ from roughcontact.report.kind import (
     CellTable,
     Quantity,
     Row,
+    Use,
     capitalize_first,
     quantity_of,
     rows_of,
@@ -258,6 +260,11 @@ class ContactPresentation(Presentation):
     profile_table = contact_fields.PROFILE_CONTACT
     profile_figures = PROFILE_CONTACT
     profile_plots = (loaded_profile,)
+
+    def works(self) -> Iterator[Use]:
+        """Yield the works on the study of the grid."""
+        if self.study is not None:
+            yield make_use("grid convergence index", "Roache1994")
 
     @cached_property
     def contact(self) -> ContactResult:
