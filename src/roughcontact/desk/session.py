@@ -428,11 +428,11 @@ class Session:
             self._live.cancel()
             self.prepared = None
             return
-        specified = {**state.specified, **{name: _PREVIEW_OPTIONS[name] for name in state.missing}}
-        if state.missing:
-            specified.setdefault("missing", "mask")
+        placeholders = {name: _PREVIEW_OPTIONS[name] for name in state.missing}
+        if placeholders and "missing" not in state.specified:
+            placeholders["missing"] = "mask"
         try:
-            request = replace(state, specified=MappingProxyType(specified)).request()
+            request = state.request(**placeholders)
         except rc.InputError as error:
             self._live.cancel()
             self.failure = FailedRequest(None, error)
@@ -506,17 +506,9 @@ class Session:
 
     def _show_at_least(self, failed: FailedRequest) -> None:
         """Request the map of a failed request with its missing points masked."""
-        request = failed.request
-        if (
-            request is None
-            or "missing" in request.specified
-            or isinstance(failed.error, rc.FormatError)
-        ):
+        request, is_unreadable = failed.request, isinstance(failed.error, rc.FormatError)
+        if request is None or "missing" in request.specified or is_unreadable:
             return
-        specified = {
-            **self._state.specified,
-            **{name: _PREVIEW_OPTIONS[name] for name in self._state.missing},
-        }
-        specified["missing"] = "mask"
-        self._wanted = replace(self._state, specified=MappingProxyType(specified)).request()
+        # No option is missing: a request with placeholders masks the points already.
+        self._wanted = self._state.request(missing="mask")
         self._live.request(self._wanted, LiveAnswer.MAPS)
