@@ -489,19 +489,16 @@ class Session:
 
     def _handle_event(self, what: Event) -> None:
         # Events of outdated requests: only outcomes are passed on.
-        is_late = (
-            isinstance(what, (PreparedMaps, Outcome, FailedRequest))
-            and what.request is not self._wanted
-        )
-        if is_late and not isinstance(what, Outcome):
-            return
-        if isinstance(what, PreparedMaps):
-            self.prepared = what
-        elif isinstance(what, Outcome):
-            self._outcome = None if is_late else what
-        elif isinstance(what, FailedRequest):
-            self.failure = what
-            self._show_at_least(what)
+        match what:
+            case PreparedMaps() | FailedRequest() if what.request is not self._wanted:
+                return
+            case PreparedMaps():
+                self.prepared = what
+            case Outcome():
+                self._outcome = what
+            case FailedRequest():
+                self.failure = what
+                self._show_at_least(what)
         self._on_event(what)
 
     def _show_at_least(self, failed: FailedRequest) -> None:
