@@ -282,10 +282,8 @@ def key_numbers(result: rc.ContactResult, form: LoadForm = FORCE) -> str:
 
     A load that is given as nominal pressure is shown as such, with its force below.
     """
-    ends, calibrated = (
-        uncertainty_report.brief_ends(result),
-        contact_report.calibrated_numbers(result),
-    )
+    ends = uncertainty_report.brief_ends(result)
+    calibrated = contact_report.calibrated_numbers(result)
     table = fields.PROFILE_CONTACT if result.pair.is_profile else fields.CONTACT
     cells = []
     for key in _KEYS:
