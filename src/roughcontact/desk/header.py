@@ -151,7 +151,7 @@ class LoadPanel:
         self._form = NOMINAL
         self._silent = False
         self._shown = ""
-        self._scale: tuple[LoadForm, tuple[float, float]] | None = None
+        self._scale: tuple[LoadForm, tuple[float, float] | None] = NOMINAL, None
         unlabeled = {**style.BLOCK, "stylesheets": [style.TEXT, style.CSS["UNLABELED"]]}
         self.form = pn.widgets.Select(
             label="Load given as",
@@ -197,8 +197,8 @@ class LoadPanel:
                 self._show_error("")
             self.text.placeholder = f"e.g. {self._form.example}"
             self.slider.text = text
-            self._rule()
             ends, value = self._ends(), self._value()
+            self._rule(ends)
             if value is None:
                 self.slider.value = -1
             elif ends is not None:
@@ -208,13 +208,11 @@ class LoadPanel:
         finally:
             self._silent = False
 
-    def _rule(self) -> None:
+    def _rule(self, ends: tuple[float, float] | None) -> None:
         """Set the texts and ticks of the slider."""
-        ends = self._ends()
-        scale = None if ends is None else (self._form, ends)
-        if scale == self._scale:
+        if (self._form, ends) == self._scale:
             return
-        self._scale = scale
+        self._scale = self._form, ends
         if ends is None:
             self.slider.param.update(texts=[], ticks=[])
         else:
