@@ -421,11 +421,10 @@ class Header:
             **style.BLOCK,
         )
         if self._topic == "Keys":
-            text = markup_table(PAGE["keys"].items())
-            self.drawer[:] = [head, pn.pane.HTML(text, **style.SHEET)]
-            return
-        parts = [part for caution in self._cautions for part in self._caution(caution)]
-        self.drawer[:] = [head, *parts] if parts else [head, pn.pane.HTML("No cautions.")]
+            parts = [pn.pane.HTML(markup_table(PAGE["keys"].items()), **style.SHEET)]
+        else:
+            parts = [part for caution in self._cautions for part in self._caution(caution)]
+        self.drawer[:] = [head, *(parts or [pn.pane.HTML("No cautions.")])]
 
     def _caution(self, caution: caution_types.Caution) -> list[Any]:
         name = caution.kind.replace("-", " ")
