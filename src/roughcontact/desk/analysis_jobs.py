@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import roughcontact as rc
 from roughcontact import cautions as caution_types, units
 from roughcontact.analyses import tasks
 from roughcontact.analyses.solve import fields
 from roughcontact.desk.session import SOLVE
+from roughcontact.desk.workers import Tell
 from roughcontact.drawing import export
 from roughcontact.report import kind as quantities
 from roughcontact.report.presentation import presentation_of
@@ -21,7 +22,6 @@ from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 
 Cells = tuple[str, ...]
-Tell: TypeAlias = "Callable[[rc.results.Progress | str], None]"
 
 
 JOINTS = tuple((task, item) for task in tasks.SHARED_TASKS.values() for item in task.questions)

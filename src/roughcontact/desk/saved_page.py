@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from roughcontact.analyses.solve import uncertainty_report
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import escape_markup, markup_table
 from roughcontact.desk.maps import NAMES, MapsView, map_figure, map_titles
+from roughcontact.desk.workers import Tell
 from roughcontact.report import kind as quantities, python_script
 from roughcontact.report.presentation import presentation_of
 from roughcontact.request import run
@@ -31,9 +31,7 @@ _FRAME = 280
 """Longer side of a frame [dots]."""
 
 
-def save_page(
-    tell: Callable[[rc.results.Progress | str], None], request: Request, path: Path
-) -> Outcome:
+def save_page(tell: Tell, request: Request, path: Path) -> Outcome:
     """Solve a contact and write its page; a job for a `WorkerPool`."""
     outcome = run.run_request(request, tell, tell)
     if outcome.contact is None:

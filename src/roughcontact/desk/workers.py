@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import roughcontact as rc
 from roughcontact._tools import files, processes
@@ -60,6 +60,9 @@ class JobResult:
     canceled: bool = False  # Whether the job was canceled
     seconds: float = 0.0  # Duration [s]
 
+
+Tell: TypeAlias = "Callable[[rc.results.Progress | str], None]"
+"""``tell(progress)`` reports the progress of a job."""
 
 OnStage = Callable[[JobStage], None]
 OnEnd = Callable[[JobResult], None]
@@ -218,10 +221,7 @@ _NEEDED = ("roughcontact.contact.solve", "roughcontact.formats.read", "roughcont
 
 
 def _run_limited(
-    tell: Callable[[rc.results.Progress | str], None],
-    work: Callable[..., Any],
-    args: tuple[Any, ...],
-    limits: Limits,
+    tell: Tell, work: Callable[..., Any], args: tuple[Any, ...], limits: Limits
 ) -> Any:
     """Execute a job within its limit of memory."""
     try:
@@ -246,7 +246,7 @@ def _limit_error(maximum: int | None) -> rc.InsufficientMemoryError:
 # Jobs
 
 
-def run_request(tell: Callable[[rc.results.Progress | str], None], request: Request) -> Any:
+def run_request(tell: Tell, request: Request) -> Any:
     """Execute a request, and return its `Outcome`; a job for `WorkerPool.submit`."""
     from roughcontact.request import run
 
@@ -260,9 +260,7 @@ def output_folders(request: Request) -> list[Path]:
     return sorted(result if folder is None else result | {folder})
 
 
-def read_map(
-    tell: Callable[[rc.results.Progress | str], None], path: Path, reading: dict[str, Any]
-) -> tuple[rc.Surface, Any]:
+def read_map(tell: Tell, path: Path, reading: dict[str, Any]) -> tuple[rc.Surface, Any]:
     """Read a map and the channels of its file, as `formats.read.read_with_channels`; a job."""
     from roughcontact.formats import read
 
