@@ -34,7 +34,7 @@ class Limits:
     """Limits of a job."""
 
     memory: int | None = None  # Memory in addition to that of an idle process [bytes]
-    seconds: float | None = None  # Duration [s]
+    seconds: float = math.inf  # Duration [s]
 
 
 @dataclass(frozen=True)
@@ -185,12 +185,10 @@ class Job:
 
     def _watch_process(self) -> JobResult:
         maximum = self._task[2].seconds
-        remaining = math.inf
         try:
             self._worker.send(_run_limited, *self._task, reports=True)
             while not self._canceled.is_set():
-                if maximum is not None:
-                    remaining = maximum - self._seconds
+                remaining = maximum - self._seconds
                 message = self._worker.receive(max(0.0, min(remaining, _POLL_SECONDS)))
                 if message is None and remaining <= 0:
                     return JobResult(error=rc.RoughcontactError(f"took longer than {maximum:g} s"))
