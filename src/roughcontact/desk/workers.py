@@ -228,17 +228,14 @@ def _run_limited(
     except rc.RoughcontactError:
         raise
     except MemoryError:
-        raise _limit_error(limits.memory) from None
+        limit = "" if limits.memory is None else f" of {limits.memory / 2**30:.3g} GiB"
+        words = f"the memory{limit} is exhausted; crop the map"
+        raise rc.InsufficientMemoryError(words) from None
     except OSError as error:
         words = f"{error.filename or 'a file'}: {error.strerror or error}"
         raise rc.RoughcontactError(words) from None
     except Exception as error:
         raise rc.RoughcontactError(f"{type(error).__name__}: {error}") from error
-
-
-def _limit_error(maximum: int | None) -> rc.InsufficientMemoryError:
-    specified = "" if maximum is None else f" of {maximum / 2**30:.3g} GiB"
-    return rc.InsufficientMemoryError(f"the memory{specified} is exhausted; crop the map")
 
 
 # Jobs
