@@ -215,10 +215,8 @@ class LiveSolver:
         key = _maps_key(request)
         if self._prepared is None or self._prepared[0] != key:
             self._prepared = self._coarse = None
-            result = preparation.surfaces(
-                request, self._notify, partial(self._reading, request.inputs)
-            )
-            self._prepared = key, tuple(result)
+            reading = partial(self._reading, request.inputs)
+            self._prepared = key, tuple(preparation.surfaces(request, self._notify, reading))
         return self._prepared[1]
 
     def _reading(
