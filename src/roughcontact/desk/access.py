@@ -101,16 +101,16 @@ def guard_application(
     door: AccessPolicy, find: Callable[[str], bool], create: Callable[[], str], app: Any
 ) -> Any:
     """Return a wrapper of a Tornado application that admits authorized requests only."""
-    refusing = web.Application(
-        [(r".*", _RefusedHandler, {"door": door})],
-        transforms=[GuardedApplication],
-        log_function=log_nothing,
-    )
-    entrance = web.Application(
-        [(r".*", _EntryHandler, {"door": door, "find": find, "create": create})],
-        transforms=[GuardedApplication],
-        log_function=log_nothing,
-    )
+
+    def guarded(handler: type[web.RequestHandler], **more: Any) -> web.Application:
+        return web.Application(
+            [(r".*", handler, {"door": door, **more})],
+            transforms=[GuardedApplication],
+            log_function=log_nothing,
+        )
+
+    refusing = guarded(_RefusedHandler)
+    entrance = guarded(_EntryHandler, find=find, create=create)
     return RuleRouter(
         [
             Rule(_Matching(lambda request: bool(door.refusal(request))), refusing),
