@@ -57,7 +57,8 @@ class AccessPolicy:
     def refusal(self, request: HTTPServerRequest) -> str:
         """Return the reason for rejecting a request; empty if it is accepted."""
         host = request.host.lower()
-        if _name(host) not in LOOPBACK and host not in map(_host_of, self.origins):
+        allowed = [urlsplit(origin).netloc for origin in self.origins]
+        if _name(host) not in LOOPBACK and host not in allowed:
             return f"{host!r} is not a name of this server; allow it with --allow-origin"
         headers = request.headers
         origin = headers.get("Origin") or headers.get("Sec-Websocket-Origin")
@@ -85,10 +86,6 @@ class AccessPolicy:
             return True
         shown = request.arguments.get(TOKEN, [])
         return any(hmac.compare_digest(word, self.token.encode()) for word in shown)
-
-
-def _host_of(origin: str) -> str:
-    return urlsplit(origin).netloc
 
 
 def _name(host: str) -> str:
