@@ -470,12 +470,11 @@ class DownloadHandler(web.RequestHandler):
     def _requested_file(self) -> Path:
         work = self._works.open_project(work_key(self.request))
         folder, name = (self.get_query_argument(key, "") for key in ("page", "file"))
-        if work is None or not _FOLDER.fullmatch(folder) or not _NAME.fullmatch(name):
-            raise web.HTTPError(404)
-        path = work.folder / folder / name
-        if not path.is_file():
-            raise web.HTTPError(404)
-        return path
+        if work is not None and _FOLDER.fullmatch(folder) and _NAME.fullmatch(name):
+            path = work.folder / folder / name
+            if path.is_file():
+                return path
+        raise web.HTTPError(404)
 
 
 @web.stream_request_body
