@@ -528,15 +528,12 @@ class UploadHandler(web.RequestHandler):
 
     def on_finish(self) -> None:
         """Discard an incomplete upload."""
-        self._abandon()
+        with contextlib.suppress(_Abandoned):
+            self._ends.__exit__(_Abandoned, _Abandoned(), None)
 
     def on_connection_close(self) -> None:
         """Discard an incomplete upload after the loss of the connection."""
-        self._abandon()
-
-    def _abandon(self) -> None:
-        with contextlib.suppress(_Abandoned):
-            self._ends.__exit__(_Abandoned, _Abandoned(), None)
+        self.on_finish()
 
     def _refuse(self, status: int, sentence: str) -> None:
         self.set_status(status)
