@@ -17,7 +17,7 @@ import roughcontact as rc
 from roughcontact import units
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Run
-from roughcontact.desk.rasters import Array, is_drawn_alike
+from roughcontact.desk.rasters import Array, is_drawn_alike, saturated_at
 from roughcontact.desk.session import Line
 from roughcontact.desk.widgets import Tabs
 from roughcontact.drawing import export, style as drawing_style
@@ -76,9 +76,7 @@ def bodies_on_line(result: rc.ContactResult, where: SectionPoints) -> SectionBod
     moved = gap - result.initial_gap[index] - tilted + result.approach
     share = pair.material.compliance * pair.contact_modulus
     lower = surface.heights[index] - np.nanmean(surface.heights) - share * moved
-    pressure = result.pressure[index]
-    ceiling = math.inf if result.ceiling is None else result.ceiling
-    saturated = pressure >= np.broadcast_to(ceiling, result.pressure.shape)[index]
+    pressure, saturated = result.pressure[index], saturated_at(result, index)
     return SectionBodies(lower, lower + gap, gap, pressure, saturated)
 
 

@@ -127,14 +127,16 @@ class ResultWindow(NamedTuple):
 
 def result_window(result: rc.ContactResult, view: Window) -> ResultWindow:
     """Return the fields of a result in a window."""
-    pressure = result.pressure[view.part]
-    if result.ceiling is None:
-        saturated = np.zeros(pressure.shape, bool)
-    else:
-        saturated = pressure >= np.broadcast_to(result.ceiling, result.pressure.shape)[view.part]
+    pressure, saturated = result.pressure[view.part], saturated_at(result, view.part)
     touching, gap = pressure > 0, result.gap[view.part]
     shares = drawing_maps.cell_shares(touching, saturated, gap, view.blocks)
     return ResultWindow(pressure, gap, touching, saturated, view, shares)
+
+
+def saturated_at(result: rc.ContactResult, where: Any) -> Mask:
+    """Return which points of a part of a map are at the ceiling; the part is an index."""
+    ceiling = math.inf if result.ceiling is None else result.ceiling
+    return result.pressure[where] >= np.broadcast_to(ceiling, result.pressure.shape)[where]
 
 
 def is_drawn_alike(result: rc.ContactResult | None, other: rc.ContactResult | None) -> bool:
