@@ -104,9 +104,8 @@ def window_extent(view: Window, pixel: Pixel) -> Box:
 
 def mean_heights(surface: rc.Surface, view: Window, mean: float) -> Values:
     """Return the mean height of each cell above a mean [m]; NaN if half is missing."""
-    return (drawing_style.cell_mean(surface.heights[view.part], view.blocks) - mean).astype(
-        np.float32
-    )
+    heights = drawing_style.cell_mean(surface.heights[view.part], view.blocks)
+    return (heights - mean).astype(np.float32)
 
 
 class ResultWindow(NamedTuple):
