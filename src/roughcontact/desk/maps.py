@@ -209,9 +209,8 @@ def height_scale(surface: rc.Surface) -> tuple[ColorLimits, float]:
     """Return the color limits of heights, as in figures, and the mean height [m]."""
     blocks = drawing_style.cell_size(surface.shape, surface.size, drawing_style.CELLS_ALONE)
     mean = float(np.nanmean(surface.heights)) if surface.missing < surface.heights.size else 0.0
-    low, high, *_ = drawing_maps.height_limits(
-        drawing_style.cell_mean(surface.heights, blocks) - mean
-    )
+    heights = drawing_style.cell_mean(surface.heights, blocks) - mean
+    low, high, *_ = drawing_maps.height_limits(heights)
     return ColorLimits(low, high, *drawing_style.axis_unit(max(abs(low), abs(high)), "m")), mean
 
 
@@ -219,12 +218,10 @@ def result_scales(result: rc.ContactResult) -> dict[str, ColorLimits]:
     """Return the color limits of the maps of a result, as in figures."""
     size = result.surface.size
     blocks = drawing_style.cell_size(result.gap.shape, size, drawing_style.CELLS_ALONE)
+    gap = drawing_maps.open_gap(result.contact, result.gap, blocks)
     highest = {
         PRESSURE: (drawing_maps.pressure_limit([result]), "Pa"),
-        GAP: (
-            drawing_maps.gap_limit(drawing_maps.open_gap(result.contact, result.gap, blocks)),
-            "m",
-        ),
+        GAP: (drawing_maps.gap_limit(gap), "m"),
         RESIDUAL: (float(result.residual_indentation.max()) or 1e-9, "m"),
     }
     return {
