@@ -501,10 +501,6 @@ class MapsView:
         surface, part = self.surface, self._part
         if surface is None or (part is None and key != HEIGHTS):
             return
-        display: dict[str, Any] = {}
-        if key in self.scales:
-            self.set_scale(key)
-            display = {"unit": self.scales[key].unit}
         if key == HEIGHTS:
             view = self._window(surface)
             columns = {key: rasters.mean_heights(surface, view, self.mean)}
@@ -513,12 +509,14 @@ class MapsView:
             assert self.result is not None
             surface, view = self.result.surface, part.view
             columns = _columns(key, part)
+        display = {"length": self._unit, "cell": list(view.blocks)}
         if key in self.scales:
+            self.set_scale(key)
+            display["unit"] = self.scales[key].unit
             columns[key] = columns[key] * np.float32(self.scales[key].factor)
         top, left, bottom, right = (
             edge * self._factor for edge in rasters.window_extent(view, surface.pixel)
         )
-        display |= {"length": self._unit, "cell": list(view.blocks)}
         self.sources[key].data = {
             "x": [left],
             "y": [top],
