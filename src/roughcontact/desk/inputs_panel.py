@@ -93,7 +93,7 @@ class PreparationPanel:
         self._session, self._changed = session, changed
         self._group = ControlGroup(session, give)
         self._steps = pn.Column(**style.BLOCK)
-        self._shown: tuple[tuple[rc.Provenance, ...], bool, dict[str, str]] | None = None
+        self._shown: tuple[rc.Provenance | None, bool, dict[str, str]] | None = None
         names, last = GROUPS["first"], GROUPS["preparation"]
         first, rest = self._group.roots(*names), [name for name in last if name not in names]
         folded = controls.make_fold("Filters, part, grid", partial(self._group.roots, *rest))
@@ -103,19 +103,16 @@ class PreparationPanel:
         """Show the preparation options of the state, and the recorded steps."""
         self._group.refresh()
         prepared = self._session.prepared
-        result = (
-            () if prepared is None else tuple(item.provenance for item in prepared.surfaces[:1])
-        )
+        provenance = None if prepared is None else prepared.surfaces[0].provenance
         # A preview masks missing points before the user decides on them: that step is not listed.
         text = "missing" in self._session.state.specified
         failed = {} if self._session.failure is None else self._requested_steps()
-        if (result, text, failed) == self._shown:
+        if (provenance, text, failed) == self._shown:
             return
-        self._shown = result, text, failed
+        self._shown = provenance, text, failed
         steps = [
             (sentence, step.method)
-            for provenance in result
-            for step in provenance.operations
+            for step in (() if provenance is None else provenance.operations)
             if text or step.method != "masked"
             for sentence in step.sentences
         ]
