@@ -265,7 +265,6 @@ class MapPanel:
         self._session, self._visit, self._changed = session, visit, changed
         self._check, self._removed = check, removed
         self._coming: Path | None = None
-        self._folder = visit.work.folder
         self._generate = generate
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self._drop = _make_file_drop("Drop a height map, or choose a file", self.take_map)
@@ -413,7 +412,7 @@ class MapPanel:
         """Return the path of an uploaded file, and its name on the user's side."""
         if "error" in text:
             raise rc.InputError(str(text["error"]))
-        path = self._folder / Path(str(text.get("file", ""))).name
+        path = self._visit.work.folder / Path(str(text.get("file", ""))).name
         # The browser is not trusted: accept only files that the server stored for this project.
         if not path.is_file() or not path.name.startswith(KEPT):
             raise rc.InputError("the file was not received; upload it again")
