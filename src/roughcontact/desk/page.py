@@ -92,11 +92,9 @@ class Page:
         self._header = Header(self._load.root, self._remedy, self._focus_control)
         self._notice = pn.pane.HTML("", visible=False, **{**style.WIDE, "margin": (8, 16, 0, 16)})
         self._begun = time.monotonic()
-        self._undo = make_button(
-            "Undo", partial(self._run_action, session.undo), margin=(0, 4), align="center"
-        )
-        self._redo = make_button(
-            "Redo", partial(self._run_action, session.redo), margin=(0, 4), align="center"
+        self._undo, self._redo = (
+            make_button(name, partial(self._run_action, step), margin=(0, 4), align="center")
+            for name, step in (("Undo", session.undo), ("Redo", session.redo))
         )
         make = self._make_job_panel
         self._views = TabPanels(
