@@ -63,7 +63,6 @@ TALL = ":host { max-height: none !important; }"
 STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
 WIDE: dict[str, Any] = {**STRIP, "stylesheets": [TEXT, TALL]}
 HIGH: dict[str, Any] = {"stylesheets": [TALL], "sizing_mode": "stretch_width"}
-TABS: dict[str, Any] = {**SHEETS, "sizing_mode": "stretch_both", "margin": (4, 0)}
 BUTTON: dict[str, Any] = {**SHEETS, "margin": (0, 6, 4, 0)}
 
 

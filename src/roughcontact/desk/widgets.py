@@ -63,7 +63,7 @@ class Tabs:
         self._parts, self._turned, names = list(parts.values()), turned, list(parts)
         name = f"body-{names[0].lower()}"
         self.strip = TabStrip(names=names, body=name, height=36, **style.STRIP)
-        self.body = pn.Column(css_classes=[name], **{**style.TABS, "sizing_mode": sizing})
+        self.body = pn.Column(css_classes=[name], sizing_mode=sizing, margin=(4, 0), **style.SHEETS)
         self.strip.param.watch(lambda _: self._turn(), "active")
         self._update_body()
 
