@@ -45,10 +45,7 @@ def render_page(result: rc.ContactResult, request: Request) -> str:
     """Return the page of a contact as the text of a self-contained HTML file."""
     if result.surface.is_profile:
         raise rc.InputError("a profile has no maps: use its report instead")
-    # Escape closing tags, which a browser would take for the end of the script.
-    item = json.dumps(
-        json_item(_linked_maps(result), "maps", theme=style.theme(dark=False))
-    ).replace("</", "<\\/")
+    item = json_item(_linked_maps(result), "maps", theme=style.theme(dark=False))
     scripts = "".join(
         f"<script>{text}</script>\n"
         for text in Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).js_raw
@@ -69,7 +66,8 @@ def render_page(result: rc.ContactResult, request: Request) -> str:
         NUMBERS=markup_table(rows, ("", "value", "interval", "")),
         COMMAND=escape_markup(request.command),
         PYTHON=escape_markup(python_script.script_of_result(result)),
-        ITEM=item,
+        # Escape closing tags, which a browser would take for the end of the script.
+        ITEM=json.dumps(item).replace("</", "<\\/"),
     )
 
 
