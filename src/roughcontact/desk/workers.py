@@ -19,12 +19,6 @@ from roughcontact._tools import files, processes
 from roughcontact.request import options
 from roughcontact.request.request import Request
 
-READING_MEMORY = 4 * 2**30
-"""Memory limit of reading an uploaded file [bytes]."""
-
-READING_SECONDS = 60.0
-"""Time limit of reading an uploaded file [s]."""
-
 # Interval between checks whether a job was canceled [s].
 _POLL_SECONDS = 0.1
 
@@ -262,7 +256,8 @@ def read_map(tell: Tell, path: Path, reading: dict[str, Any]) -> tuple[rc.Surfac
     return read.read_with_channels(path, **reading)
 
 
-READING = Limits(READING_MEMORY, READING_SECONDS)
+READING = Limits(memory=4 * 2**30, seconds=60.0)
+"""Limits of reading an uploaded file."""
 
 
 class MapReader:
