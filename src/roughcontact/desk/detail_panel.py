@@ -206,8 +206,7 @@ class SectionPlot:
         high, low = np.nanmax(tall, initial=-np.inf), np.nanmin(tall, initial=np.inf)
         room = 0.06 * (high - low)
         if np.isfinite(room):
-            ends = {"start": (low - room) * scale, "end": (high + room) * scale}
-            self.heights.y_range.update(**ends)
+            self.heights.y_range.update(start=(low - room) * scale, end=(high + room) * scale)
         self.pressure.y_range.end = 1.08 * (largest or 1.0) * press
         self.pressure.xaxis.axis_label = f"from A to B [{unit}]"
         shown = (unit, height_unit, height_unit, height_unit, pressure_unit)
