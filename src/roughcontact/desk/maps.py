@@ -634,9 +634,8 @@ def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
         return {TOUCH: rasters.contact_colors(part), **shares}
     if key == GAP:
         return {GAP: rasters.mean_gap(part), "cover": rasters.closed_colors(part)}
-    return {
-        key: rasters.largest_pressure(part) if key == PRESSURE else rasters.deepest_residual(part)
-    }
+    extreme = rasters.largest_pressure if key == PRESSURE else rasters.deepest_residual
+    return {key: extreme(part)}
 
 
 def map_figure(title: str, x_range: Any, y_range: Any, **look: Any) -> Any:
