@@ -339,17 +339,15 @@ class Server:
             return
         try:
             sheet.append(self._page(visit))
-        except rc.RoughcontactError as error:
-            # For example, a project file that was edited by hand is invalid.
-            self._close_visit(session)
-            sheet.append(pn.pane.Str(str(error)))
         except Exception as error:
-            # The page must not stay blank after an internal error.
-            _log.exception("a page could not be made")
+            # For example, a project file that was edited by hand is invalid.
+            text = str(error)
+            if not isinstance(error, rc.RoughcontactError):
+                # The page must not stay blank after an internal error.
+                _log.exception("a page could not be made")
+                text = f"An internal error ended this page ({type(error).__name__}). Report it."
             self._close_visit(session)
-            kind = type(error).__name__
-            said = f"An internal error ended this page ({kind}). Report it."
-            sheet.append(pn.pane.Str(said))
+            sheet.append(pn.pane.Str(text))
 
     def _other_visits(self, work: projects.SavedProject) -> list[projects.SavedProject]:
         if self._settings.is_open:
