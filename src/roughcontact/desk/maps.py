@@ -606,14 +606,12 @@ class MapsView:
         if missing and self.surface is not None:
             shares["missing"] = missing / self.surface.heights.size, drawing_style.MISSING
         names = {f"{name} {units.format_percent(x)}": color for name, (x, color) in shares.items()}
-        if result is not None and self._is_beyond(result):
-            names["pressure beyond the scale"] = drawing_style.OVER
+        if result is not None:
+            highest = self.chosen.get(PRESSURE, self.scales[PRESSURE])[1]
+            # Beyond rounding: a chosen limit was divided by the factor of its unit.
+            if result.max_pressure > highest * (1 + 1e-9):
+                names["pressure beyond the scale"] = drawing_style.OVER
         self.legend.text = style.color_legend(names)
-
-    def _is_beyond(self, result: rc.ContactResult) -> bool:
-        """Whether the largest pressure exceeds the upper color limit, beyond rounding."""
-        highest = self._limits(PRESSURE)[1] / self.scales[PRESSURE].factor
-        return result.max_pressure > highest * (1 + 1e-9)
 
     def show_cursor_values(self, plot: Any) -> None:
         """Show the values at the cursor on a figure in the readout."""
