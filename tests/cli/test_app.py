@@ -1133,7 +1133,7 @@ SWEEPS: Rows = [
     (("--from", "1 MPa"), ("both be loads of one form or both approaches",)),
     (("--from", "1 um"), ("both be loads of one form or both approaches",)),
     (("--to", "1"), ("--to needs a load", "no unit")),
-    (("--to", "1 mN"), ("--from must be below --to",)),
+    (("--to", "1 mN"), ("must be positive and below --to",)),
     (("--steps", "1"), ("from 2 to 10000",)),
     (("--steps", "few"), ("--steps must be a whole number",)),
     (("--spacing", "cubic"), ("spacing", "'cubic'")),

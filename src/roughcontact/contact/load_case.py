@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact._tools import memory
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.checkpoints import digest_arrays
 from roughcontact.contact import nominal_hertz
 from roughcontact.contact.pair import Pair
-from roughcontact.errors import InputError, input_error, require_count
+from roughcontact.errors import InputError, input_error
 from roughcontact.material.hardness import stress
 from roughcontact.units import Quantity, to_si
 
@@ -341,13 +340,6 @@ def _power_of_two(value: float) -> float:
 
 @validate_arguments
 def space_values(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
-    """Return loads or approaches spaced between two ends."""
-    if spacing not in ("log", "linear"):
-        raise input_error("spacing", spacing, "must be 'log' or 'linear'")
-    if not (0 < first < last < math.inf):
-        raise InputError(
-            f"the first value must be positive and below the last: {first:g}, {last:g}"
-        )
-    require_count(2, memory.STEPS, number=number)
+    """Return loads or approaches between two positive ends, in equal ratios or differences."""
     values = (np.geomspace if spacing == "log" else np.linspace)(first, last, number)
     return [float(value) for value in values]

@@ -96,7 +96,13 @@ def loads(request: Request) -> list[Any]:
 def check_pressures(request: Request) -> None:
     """Raise `InputError` for an invalid range of nominal pressures."""
     first, last = request[FROM], request[TO]
-    if first is not None and last is not None and not 0 < first < last:
+    if first is not None and last is not None:
+        check_range(request, first, last)
+
+
+def check_range(request: Request, first: float, last: float) -> None:
+    """Raise `InputError` unless the ends of a range are positive and ascend."""
+    if not 0 < first < last:
         raise InputError(
             f"must be positive and below {ArgumentRef('to')}, got "
             f"{request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",

@@ -438,14 +438,6 @@ def test_spacing(first: float, ratio: float, number: int) -> None:
         assert steps == pytest.approx(np.full(number - 1, steps.mean()), rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    "arguments", [(1, 1, 3), (2, 1, 3), (0, 1, 3), (1, 2, 1), (1, 2, 3, "cubic"), (1, np.inf, 3)]
-)
-def test_bad_spacing(arguments: tuple) -> None:
-    with pytest.raises(rc.InputError):
-        load_case.space_values(*arguments)
-
-
 def test_curve_on_disk(tmp_path: Path) -> None:
     curve = rc.sweep(rough(32), material=STEEL, loads=[0.1, 1.0])
     curve.save(tmp_path / "curve.csv")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from roughcontact.request.contacts import check_range
 from roughcontact.request.measurement import how
 from roughcontact.request.outcome import OnProgress
 
@@ -48,12 +49,7 @@ def _steps(request: Request) -> tuple[str, list[Any]]:
     form, ends = type(first), (first, last)
     if form is not float:
         ends = first.value, last.value
-    if ends[0] >= ends[1]:
-        raise InputError(
-            f"must be below {ArgumentRef('to')}, got {request.specified[FROM.name]!r} and "
-            f"{request.specified[TO.name]!r}",
-            argument="from",
-        )
+    check_range(request, *ends)
     return control, [form(value) for value in space_values(*ends, request[STEPS], request[SPACING])]
 
 
