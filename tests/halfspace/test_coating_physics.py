@@ -400,8 +400,7 @@ def stress_at_depth(found: Field, depth: float) -> Array:
     def store_rows(rows: slice, block: Array) -> None:
         result[:, rows] = block * found.unit
 
-    responses, symbols = found.in_depth(depth)
-    responses.stream(symbols, store_rows)
+    found.stream(depth, store_rows)
     return result
 
 

@@ -99,8 +99,7 @@ def stress_of_map(
     def store_rows(rows: slice, block: Array) -> None:
         result[:, rows] = block * field.unit
 
-    responses, symbols = field.in_depth(depth)
-    responses.stream(symbols, store_rows)
+    field.stream(depth, store_rows)
     return result
 
 

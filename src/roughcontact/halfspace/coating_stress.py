@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -18,18 +18,9 @@ from roughcontact.halfspace import stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import waves_below
 from roughcontact.halfspace.fft import Workspace, free_period
-from roughcontact.halfspace.stress import (
-    Field,
-    Offsets,
-    Responses,
-    Streams,
-    Symbols,
-    Term,
-    UnitLoads,
-    unit_loads,
-)
+from roughcontact.halfspace.stress import Field, Offsets, Responses, Symbols, Term, UnitLoads
 from roughcontact.halfspace.tensors import XX, XZ, YY, YZ, ZZ, principal
-from roughcontact.material.material import Material
+from roughcontact.material.material import Layer, Material
 
 FACE = 1e-9
 """Distance of a face of a layer from its interface over the depth of the interface."""
@@ -62,8 +53,12 @@ def depths_with_faces(material: Material, depths: Array) -> Array:
 
 def poisson_at(material: Material, depth: float) -> float:
     """Return Poisson's ratio of the layer or base at a depth."""
-    part = part_of(material, depth)
-    return material.coating[part].poisson if part < len(material.coating) else material.poisson
+    return (layer_at(material, depth) or material).poisson
+
+
+def layer_at(material: Material, depth: float) -> Layer | None:
+    """Return the layer at a depth; None in the base."""
+    return next(iter(material.coating[part_of(material, depth) :]), None)
 
 
 def part_of(material: Material, depth: float) -> int:
@@ -113,7 +108,7 @@ def field_of(
     unit = float(pressure.max()) or 1.0
     shape = (pressure.shape[0], pressure.shape[1])
     period = stress_period(shape, pixel, boundary)
-    terms = unit_loads(pixel, material.poisson).wave_terms()
+    terms = UnitLoads(pixel, material.poisson).wave_terms()
     responses = Responses(pressure / unit, period, terms, workspace=workspace, precision=precision)
     qy, qx = (
         2 * math.pi / (points * edge) * np.arange(points // 2 + 1, dtype=np.float64)
@@ -122,12 +117,12 @@ def field_of(
     smooth_y, smooth_x = (_pixel_factor(q, edge) for q, edge in zip((qy, qx), pixel, strict=True))
     long = _LongWaves.from_map(shape, pixel, period) if boundary.free_axes else None
 
-    def in_depth(depth: float) -> tuple[Streams, Symbols]:
+    def in_depth(depth: float) -> tuple[Responses, Symbols]:
         waves = _Waves.from_depth(material, depth, (qy, qx), long)
         known = None
         if long is not None:
             integrated, waves = long.divide(waves)
-            own = unit_loads(pixel, poisson_at(material, depth))
+            own = UnitLoads(pixel, poisson_at(material, depth))
             kernels = long.integrate(integrated, terms)
             known = responses.sample(partial(_sum_kernels, own, depth, kernels))
 
@@ -144,10 +139,13 @@ def field_of(
             result += added.astype(result.dtype)
             return result
 
-        symbols = Symbols((period[0] // 2, period[1] // 2), block)
-        return _add_residual(responses, material, depth, unit), symbols
+        return responses, Symbols((period[0] // 2, period[1] // 2), block)
 
-    return Field(unit, shape, responses.real, in_depth)
+    def residual(depth: float) -> float:
+        layer = layer_at(material, depth)
+        return layer.residual_stress / unit if layer else 0.0
+
+    return Field(unit, shape, responses.real, in_depth, residual)
 
 
 def stress_period(shape: Shape, pixel: Pixel, boundary: Boundary) -> tuple[int, int]:
@@ -165,31 +163,6 @@ def stress_period(shape: Shape, pixel: Pixel, boundary: Boundary) -> tuple[int, 
 def _pixel_factor(waves: Array, edge: float) -> Array:
     """Return the mean of waves over a pixel, from its center."""
     return np.sinc(waves * edge / (2 * math.pi))
-
-
-def _add_residual(responses: Responses, material: Material, depth: float, unit: float) -> Streams:
-    """Return responses to a pressure, plus the residual stress of the layer at a depth."""
-    part = part_of(material, depth)
-    residual = material.coating[part].residual_stress if part < len(material.coating) else 0.0
-    return _Prestressed(responses, residual / unit) if residual else responses
-
-
-class _Prestressed(NamedTuple):
-    """Responses plus a residual stress in the plane."""
-
-    responses: Responses
-    residual: float
-
-    def stream(
-        self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
-    ) -> None:
-        """Pass the stress to a callback in row blocks; see `Responses.stream`."""
-
-        def add_residual(rows: slice, block: NDArray[Any]) -> None:
-            block[: YY + 1] += self.residual
-            visit(rows, block)
-
-        self.responses.stream(symbols, add_residual, first_row)
 
 
 @dataclass(frozen=True)
@@ -371,8 +344,7 @@ def faces(field: Field, material: Material) -> tuple[Face, ...]:
                 ]
             )
 
-        responses, symbols = field.in_depth(depth)
-        responses.stream(symbols, find_largest)
+        field.stream(depth, find_largest)
         tension, shear, pull = (
             Peak(value * field.unit, divmod(-place, width))
             for value, place in map(max, zip(*blocks, strict=True))

@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,7 @@ from roughcontact.errors import InputError, input_error, require_choice, require
 from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, free_period
+from roughcontact.halfspace.tensors import YY
 
 
 class Term(NamedTuple):
@@ -351,27 +352,32 @@ _LONG = 1e6
 _DAMPED = {"single": 18.0, "double": 40.0}
 
 
-class Streams(Protocol):
-    """Source of responses row block by row block: `Responses`, or a modification of them."""
-
-    def stream(
-        self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
-    ) -> None:
-        """Pass the responses to a callback; see `Responses.stream`."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class Field:
     """Stress field of one pressure map, in units of its largest pressure.
 
-    ``in_depth(depth)`` returns the operator and the kernels to stream.
+    ``in_depth(depth)`` returns the operator and the kernels of the response to the pressure,
+    ``residual(depth)`` the stress in the plane before any load.
     """
 
     unit: float
     shape: Shape
     real: type
-    in_depth: Callable[[float], tuple[Streams, Symbols]]
+    in_depth: Callable[[float], tuple[Responses, Symbols]]
+    residual: Callable[[float], float] = lambda depth: 0.0
+
+    def stream(
+        self, depth: float, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
+    ) -> None:
+        """Pass the stress at a depth to a callback in row blocks; see `Responses.stream`."""
+        responses, symbols = self.in_depth(depth)
+        residual = self.residual(depth)
+
+        def add_residual(rows: slice, block: NDArray[Any]) -> None:
+            block[: YY + 1] += residual
+            visit(rows, block)
+
+        responses.stream(symbols, add_residual if residual else visit, first_row)
 
 
 def field_of(
@@ -498,7 +504,7 @@ class UnitLoads:
 
     pixel: tuple[float, float]
     poisson: float
-    pulls: tuple[tuple[str, float, int], ...]
+    pulls: tuple[tuple[str, float, int], ...] = ()
 
     def terms(self) -> list[Term]:
         """Return the kernels that `sample_pixels` and `sample_points` yield."""
@@ -541,11 +547,6 @@ class UnitLoads:
         x = columns.astype(np.float64) * self.pixel[1]
         sample = stress_kernels.force_parts if self.pulls else stress_kernels.normal_force
         return sample(x, y, z, self.poisson)
-
-
-def unit_loads(pixel: Pixel, poisson: float) -> UnitLoads:
-    """Return a unit pressure without traction, on pixels or in waves."""
-    return UnitLoads(pixel, poisson, ())
 
 
 def _spread_forces(symbols: Symbols, pixel: Pixel, period: Shape) -> Symbols:
@@ -803,8 +804,7 @@ def _slice(field: Field, depth: float) -> Slice:
     def scale_rows(rows: slice, block: NDArray[Any]) -> None:
         np.multiply(block, field.unit, out=stress[:, rows], casting="same_kind")
 
-    responses, symbols = field.in_depth(depth)
-    responses.stream(symbols, scale_rows)
+    field.stream(depth, scale_rows)
     return Slice(depth, stress)
 
 
@@ -835,8 +835,7 @@ class CrossSection:
 def cross_section(field: Field, depth: float, point: tuple[int, int]) -> CrossSection:
     """Return the stress at one depth along the row and the column through a pixel."""
     cross = CrossSection(field, point)
-    responses, symbols = field.in_depth(depth)
-    responses.stream(symbols, cross.store_block)
+    field.stream(depth, cross.store_block)
     return cross
 
 

@@ -731,8 +731,7 @@ def _along_surface(field: Field) -> NDArray[Any]:
     def store_stress(rows: slice, stress: NDArray[Any]) -> None:
         result[:, rows] = stress[[XX, YY, XY]]
 
-    responses, symbols = field.in_depth(0.0)
-    responses.stream(symbols, store_stress)
+    field.stream(0.0, store_stress)
     return result
 
 
@@ -787,8 +786,7 @@ def _layer(
         x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
         y_ranges.append((stress[YZ].max(axis=0), stress[YZ].min(axis=0)))
 
-    responses, symbols = field.in_depth(depth)
-    responses.stream(symbols, visit, row)
+    field.stream(depth, visit, row)
     top, place = max((entry[0], -entry[1]) for entry in result)
     high = np.max([entry[0] for entry in y_ranges], axis=0)
     low = np.min([entry[1] for entry in y_ranges], axis=0)
