@@ -128,7 +128,8 @@ class Provenance:
 
 def to_text(provenance: Provenance) -> str:
     """Return a provenance as JSON, for `from_text`."""
-    return json.dumps({"version": _VERSION, **_record(provenance)})
+    # Operations are written by their fields, and so are provenances among their arguments.
+    return json.dumps({"version": _VERSION, **vars(provenance)}, default=vars)
 
 
 def from_text(text: str) -> Provenance:
@@ -150,28 +151,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (np.ndarray, np.generic)):
         value = value.tolist()
     return tuple(map(_plain, value)) if isinstance(value, (list, tuple)) else value
-
-
-# In the JSON text, a mapping is a provenance and a list is a tuple.
-
-
-def _record(provenance: Provenance) -> dict[str, Any]:
-    origin = provenance.origin
-    return {
-        "source": provenance.source,
-        "instrument": provenance.instrument,
-        "channel": provenance.channel,
-        "origin": None if origin is None else _operation_record(origin),
-        "operations": [_operation_record(step) for step in provenance.operations],
-    }
-
-
-def _operation_record(operation: Operation) -> dict[str, Any]:
-    arguments = {
-        name: _record(value) if isinstance(value, Provenance) else value
-        for name, value in operation.arguments.items()
-    }
-    return {"method": operation.method, "arguments": arguments, "found": dict(operation.found)}
 
 
 def _provenance(record: dict[str, Any]) -> Provenance:
