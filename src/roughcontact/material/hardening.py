@@ -318,14 +318,7 @@ def _require_modulus(modulus: Any) -> None:
 
 def to_text(law: Hardening) -> str:
     """Return a hardening law as JSON."""
-    return json.dumps(_law_record(law))
-
-
-def _law_record(law: Hardening) -> dict[str, Any]:
-    constants = vars(law)
-    if isinstance(law, Kinematic):
-        constants = {"isotropic": _law_record(law.isotropic), "modulus": law.modulus}
-    return {"law": type(law).__name__, **constants}
+    return json.dumps(law, default=lambda law: {"law": type(law).__name__, **vars(law)})
 
 
 def from_text(text: str) -> Hardening:
