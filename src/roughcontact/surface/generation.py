@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,6 +117,11 @@ class _Request:
     honing: float | None
     turning: Sequence[float] | None
     seed: int
+
+    def __post_init__(self) -> None:
+        """Convert lengths to meters."""
+        for name in ("Sq", "Sal", "rolloff_wavelength", "cutoff_wavelength", "turning"):
+            object.__setattr__(self, name, to_si(getattr(self, name), "length", name))
 
     @property
     def rolloff(self) -> float | None:
@@ -242,20 +248,10 @@ def generate(
     shape, edges = as_pair(shape, "shape"), as_pair(to_si(pixel, "length", "pixel"), "pixel")
     require_grid(shape, edges, grid.TRANSLATED_ARRAYS)
     seed = random_surfaces.seed_of(rng)
+    sizes: dict[str, Any] = {"Sq": Sq, "Sal": Sal, "turning": turning}
+    sizes |= {"rolloff_wavelength": rolloff_wavelength, "cutoff_wavelength": cutoff_wavelength}
     requested = _Request(
-        to_si(Sq, "length", "Sq"),
-        to_si(Sal, "length", "Sal"),
-        Sdq,
-        hurst,
-        to_si(rolloff_wavelength, "length", "rolloff_wavelength"),
-        to_si(cutoff_wavelength, "length", "cutoff_wavelength"),
-        Str,
-        lay,
-        Ssk,
-        Sku,
-        honing,
-        to_si(turning, "length", "turning"),
-        seed,
+        Sdq=Sdq, hurst=hurst, Str=Str, lay=lay, Ssk=Ssk, Sku=Sku, honing=honing, seed=seed, **sizes
     )
     _check(requested, edges)
     if requested.turning is None:
