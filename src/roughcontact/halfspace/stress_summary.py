@@ -6,7 +6,6 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -588,17 +587,32 @@ def _stream_depths(
     )
     if yield_strength is not None:
         require_positive(yield_strength=yield_strength)
-    pulls = pulls_of(friction, direction)
-    rim = partial(
-        _rim, field, pressure, traction, pixel, poisson, Boundary(boundary), pulls, workspace
-    )
+    source, pulls = np.asarray(pressure, dtype=np.float64), pulls_of(friction, direction)
+    pulled = None if traction is None else np.asarray(traction, dtype=np.float64) / field.unit
+
+    def rim() -> Rim | None:
+        """Return the largest stress at the rims of spots, in units of the largest pressure."""
+        loaded, known = source / field.unit, Boundary(boundary)
+        operator = known.operator(source.shape, pixel, 1.0, workspace=workspace)
+        return largest(
+            Sliding(
+                pressure=loaded,
+                displacement=np.stack(list(map(operator, [loaded] if pulled is None else pulled))),
+                stress=_along_surface(field),
+                pixel=pixel,
+                poisson=poisson,
+                pulls=pulls,
+                periodic=not known.free_axes,
+                traction=pulled,
+            )
+        )
+
     # The maximum is not searched between the points of a profile.
     looked = (pulls or traction is not None) and field.shape[0] > 1
-    passage = _DepthScan(field, yield_strength, np.asarray(pressure), rim if looked else None, tell)
+    passage = _DepthScan(field, yield_strength, source, rim if looked else None, tell)
     if depths is None:
-        passage.scan_depths(
-            graded_depths(np.asarray(pressure), pixel, boundary=boundary), _REFINEMENTS
-        )
+        listed = graded_depths(np.asarray(pressure), pixel, boundary=boundary)
+        passage.scan_depths(listed, _REFINEMENTS)
         passage.refine_maximum()
     else:
         passage.scan_depths(depth_list(depths))
@@ -694,34 +708,6 @@ class _DepthScan:
             max_tension=None if top.tension is None else top.tension * unit,
             tension_pixel=top.tension_pixel,
         )
-
-
-def _rim(
-    field: Field,
-    pressure: ArrayLike,
-    traction: ArrayLike | None,
-    pixel: Pixel,
-    poisson: float,
-    boundary: Boundary,
-    pulls: list[tuple[str, float]],
-    workspace: Workspace,
-) -> Rim | None:
-    """Return the largest stress at the rims of spots, in units of the largest pressure."""
-    source = np.asarray(pressure, dtype=np.float64) / field.unit
-    pulled = None if traction is None else np.asarray(traction, dtype=np.float64) / field.unit
-    operator = boundary.operator(source.shape, pixel, 1.0, workspace=workspace)
-    return largest(
-        Sliding(
-            pressure=source,
-            displacement=np.stack(list(map(operator, [source] if pulled is None else pulled))),
-            stress=_along_surface(field),
-            pixel=pixel,
-            poisson=poisson,
-            pulls=pulls,
-            periodic=not boundary.free_axes,
-            traction=pulled,
-        )
-    )
 
 
 def _along_surface(field: Field) -> NDArray[Any]:
