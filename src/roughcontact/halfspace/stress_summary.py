@@ -657,14 +657,59 @@ class _DepthScan:
     def _layer(self, depth: float) -> _Layer:
         if self._tell is not None:
             self._tell(len(self._layers) + 1, self._count)
-        cross = CrossSection(self._field, self._pixel)
-        layer = _layer(self._field, depth, self._peak, self._limit, self._row, cross)
+        layer = self._layer_at_centers(depth)
         rim = None if depth > 0 or self._rim is None else self._rim()
         if rim is not None:
             layer = self._with_rim(layer, rim)
         if layer.von_mises > self._largest:
             self._pixel, self._largest = layer.pixel, layer.von_mises
         return layer
+
+    def _layer_at_centers(self, depth: float) -> _Layer:
+        """Evaluate one depth at the pixel centers, and update the squared von Mises stress."""
+        cross = CrossSection(self._field, self._pixel)
+        ny, nx = self._field.shape
+        result: list[tuple[float, int, int]] = []
+        tensions: list[tuple[float, int]] = []
+        tresca_squared = [0.0]
+        x_range = np.zeros(ny)
+        y_ranges: list[tuple[NDArray[Any], NDArray[Any]]] = []
+
+        def visit(rows: slice, stress: NDArray[Any]) -> None:
+            cross.store_block(rows, stress)
+            squared = von_mises_squared(stress)
+            np.maximum(self._peak[rows], squared, out=self._peak[rows])
+            place = int(squared.argmax())
+            top = float(squared.flat[place])
+            # Tresca is between one and 2/√3 times von Mises: few pixels can hold its maximum.
+            minimum = 0.75 * max(top, max(tresca_squared))
+            if top >= minimum:
+                near = stress[:, squared >= minimum]
+                near = near[:, may_reach_tresca(near, minimum / 0.75)]
+                tresca_squared.append(float(tresca(near).max(initial=0)) ** 2)
+            yielded = 0 if self._limit is None else int(np.count_nonzero(squared > self._limit))
+            result.append((top, rows.start * nx + place, yielded))
+            if depth == 0:
+                tension = larger_principal(stress[list(_IN_PLANE)])
+                tensions.append((float(tension.max()), -rows.start * nx - int(tension.argmax())))
+            x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
+            y_ranges.append((stress[YZ].max(axis=0), stress[YZ].min(axis=0)))
+
+        self._field.stream(depth, visit, self._row)
+        top, place = max((entry[0], -entry[1]) for entry in result)
+        high = np.max([entry[0] for entry in y_ranges], axis=0)
+        low = np.min([entry[1] for entry in y_ranges], axis=0)
+        pulled, where = max(tensions, default=(None, 0))
+        return _Layer(
+            von_mises=math.sqrt(top),
+            tresca=math.sqrt(max(tresca_squared)),
+            pixel=(-place // nx, -place % nx),
+            orthogonal_shear=(float((high - low).max()) / 2, float(x_range.max()) / 2),
+            yielded=sum(entry[2] for entry in result),
+            cross=cross,
+            tension=pulled,
+            tension_pixel=(-where // nx, -where % nx),
+        )
 
     def _with_rim(self, layer: _Layer, rim: Rim) -> _Layer:
         """Return the layer at the surface, with the stresses between its pixel centers."""
@@ -731,62 +776,6 @@ class _Layer:
     cross: CrossSection
     tension: float | None  # Largest principal stress in the surface; None below it
     tension_pixel: tuple[int, int]
-
-
-def _layer(
-    field: Field,
-    depth: float,
-    peak: NDArray[Any],
-    limit: float | None,
-    row: int,
-    cross: CrossSection,
-) -> _Layer:
-    """Evaluate one depth, and update the squared von Mises stress in ``peak``.
-
-    ``row`` is the expected row of the largest stress.
-    """
-    ny, nx = field.shape
-    result: list[tuple[float, int, int]] = []
-    tensions: list[tuple[float, int]] = []
-    tresca_squared = [0.0]
-    x_range = np.zeros(ny)
-    y_ranges: list[tuple[NDArray[Any], NDArray[Any]]] = []
-
-    def visit(rows: slice, stress: NDArray[Any]) -> None:
-        cross.store_block(rows, stress)
-        squared = von_mises_squared(stress)
-        np.maximum(peak[rows], squared, out=peak[rows])
-        place = int(squared.argmax())
-        top = float(squared.flat[place])
-        # Tresca is between one and 2/√3 times von Mises: few pixels can hold its maximum.
-        minimum = 0.75 * max(top, max(tresca_squared))
-        if top >= minimum:
-            near = stress[:, squared >= minimum]
-            near = near[:, may_reach_tresca(near, minimum / 0.75)]
-            tresca_squared.append(float(tresca(near).max(initial=0)) ** 2)
-        yielded = 0 if limit is None else int(np.count_nonzero(squared > limit))
-        result.append((top, rows.start * nx + place, yielded))
-        if depth == 0:
-            tension = larger_principal(stress[list(_IN_PLANE)])
-            tensions.append((float(tension.max()), -rows.start * nx - int(tension.argmax())))
-        x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
-        y_ranges.append((stress[YZ].max(axis=0), stress[YZ].min(axis=0)))
-
-    field.stream(depth, visit, row)
-    top, place = max((entry[0], -entry[1]) for entry in result)
-    high = np.max([entry[0] for entry in y_ranges], axis=0)
-    low = np.min([entry[1] for entry in y_ranges], axis=0)
-    pulled, where = max(tensions, default=(None, 0))
-    return _Layer(
-        von_mises=math.sqrt(top),
-        tresca=math.sqrt(max(tresca_squared)),
-        pixel=(-place // nx, -place % nx),
-        orthogonal_shear=(float((high - low).max()) / 2, float(x_range.max()) / 2),
-        yielded=sum(entry[2] for entry in result),
-        cross=cross,
-        tension=pulled,
-        tension_pixel=(-where // nx, -where % nx),
-    )
 
 
 def _refined_depth(layers: dict[float, _Layer]) -> float | None:
