@@ -150,13 +150,9 @@ def load_result(
 ) -> ContactResult | ElastoplasticResult:
     """Read a result of either type from a file."""
     dataset = archive.open_archive(path) if dataset is None else dataset
-    result: ContactResult | ElastoplasticResult
-    if "elastoplastic_status" in dataset.attrs:
-        with archive.as_format_error(path, "ElastoplasticResult"):
-            result = from_dataset(dataset)
-    else:
-        with archive.as_format_error(path, "ContactResult"):
-            result = archive.from_dataset(dataset)
+    is_volume = "elastoplastic_status" in dataset.attrs
+    with archive.as_format_error(path, "ElastoplasticResult" if is_volume else "ContactResult"):
+        result = from_dataset(dataset) if is_volume else archive.from_dataset(dataset)
     if verify:
         verify_result(result).require(Path(path).name)
     return result
@@ -256,15 +252,12 @@ class CheckedFile:
 
 def check_file(path: str | os.PathLike[str]) -> CheckedFile:
     """Check the checksums and the solution of a result file."""
-    file = str(path)
+    sealed, answer = False, None
     try:
         result = load_result(path)
-        answer = verify_result(result)
-    except (FormatError, InsufficientMemoryError) as error:
-        return CheckedFile(file, False, None, str(error))
-    pressed = result if isinstance(result, ContactResult) else result.solution
-    try:
+        pressed = result if isinstance(result, ContactResult) else result.solution
+        answer, sealed = verify_result(result), not pressed.without_checksums
         answer.require(Path(path).name)
-    except FormatError as error:
-        return CheckedFile(file, not pressed.without_checksums, answer, str(error))
-    return CheckedFile(file, not pressed.without_checksums, answer, "")
+    except (FormatError, InsufficientMemoryError) as error:
+        return CheckedFile(str(path), sealed, answer, str(error))
+    return CheckedFile(str(path), sealed, answer, "")
