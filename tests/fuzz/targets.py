@@ -130,8 +130,7 @@ MEASURED = (
 RESULTS = {
     "contact.nc": 0.08,
     "bodies.nc": 0.06,
-    "volume.nc": 0.05,
-    "volume.nc, its contact": 0.01,
+    "volume.nc": 0.06,
     "contact.nc, its map": 0.02,
     "sweep": 0.07,
     "volume steps": 0.03,
@@ -150,7 +149,6 @@ _WORDS = {
     "contact.nc": "contact `.nc`",
     "bodies.nc": "contact `.nc`",
     "volume.nc": "volume `.nc`",
-    "volume.nc, its contact": "volume `.nc`",
     "contact.nc, its map": "contact `.nc`",
     "sweep": "steps of a sweep",
     "volume steps": "steps of the volume model",
@@ -291,11 +289,6 @@ def load(prepared: Path) -> dict[str, Target]:
     found = {sample.name: _make_sample_target(sample) for sample in (*maps, *samples.measured())}
     for file in ("contact.nc", "bodies.nc", "volume.nc"):
         found[file] = _make_result_target(file, file, prepared, rc.read_result)
-    from roughcontact.contact.archive import load_contact
-
-    found["volume.nc, its contact"] = _make_result_target(
-        "volume.nc, its contact", "volume.nc", prepared, load_contact
-    )
     found["contact.nc, its map"] = _make_result_target(
         "contact.nc, its map", "contact.nc", prepared, rc.read_surface
     )

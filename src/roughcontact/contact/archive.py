@@ -332,18 +332,6 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     netcdf.write(to_dataset(result), path, dict.fromkeys(PACKED, netcdf.PACKED))
 
 
-def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> ContactResult:
-    """Read a result written by ``ContactResult.save``."""
-    dataset = open_archive(path)
-    with as_format_error(path, "ContactResult"):
-        result = from_dataset(dataset)
-        displaced = dataset.variables.get("residual_displacement")
-    if verify:
-        answer = verify_solution(result, None if displaced is None else displaced.values)
-        answer.require(Path(path).name)
-    return result
-
-
 def open_archive(path: str | os.PathLike[str]) -> netcdf.Dataset:
     """Return the content of a file after a check of its checksums."""
     if not Path(path).is_file():
