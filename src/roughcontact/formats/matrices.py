@@ -341,8 +341,7 @@ def read_arrays(path: Path, name: str, requested: ReadOptions) -> Surface:
         trace = text_files.read_columns(values)
         if trace is not None:
             return text_files.read_trace(path, trace, requested)
-        _refuse_points(path, values)
-        _refuse_list(path, values)
+        return scale_array(path, values, provenance, "", requested)
     return _scale_matrix(path, values, provenance, scale, requested)
 
 
@@ -386,22 +385,13 @@ def scale_array(
 
 
 def _scale_matrix(
-    path: Path,
-    values: NDArray[Any],
-    provenance: Provenance,
-    scale: Scale | None,
-    requested: ReadOptions,
+    path: Path, values: NDArray[Any], provenance: Provenance, scale: Scale, requested: ReadOptions
 ) -> Surface:
-    """Return the map of a matrix whose scale is given by the file or by the caller."""
+    """Return the map of a matrix whose scale is given by the file."""
     _require_map(path, values.shape, values.dtype, scale)
-    if scale is None:
-        metre, stated = unit_in_meters(path, requested.unit), None
-    else:
-        refuse_unit(path, requested)
-        metre, stated = scale
+    refuse_unit(path, requested)
     # Files of this program have NaN for missing points.
-    details: dict[str, Any] = {} if scale is None else {"marks_missing": True}
-    return make_surface(path, values, metre, requested, provenance, stated, **details)
+    return make_surface(path, values, scale[0], requested, provenance, scale[1], marks_missing=True)
 
 
 @contextmanager
