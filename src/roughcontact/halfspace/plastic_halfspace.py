@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,7 @@ from roughcontact.halfspace.fft import Workspace, fast_length
 from roughcontact.halfspace.layers import NO_PULL, Fill, PeriodicHalfSpace, Pull, Visit
 
 Array = NDArray[Any]
+Stress = Callable[[Array, Visit, Pull], None]
 
 # Periods of the three transforms of a free boundary, over the edge of the map.
 _NEAR_PERIOD_RATIO = 1.5
@@ -27,26 +29,28 @@ _GUARD = 2
 _COARSE_DEPTH = 0.5
 
 
-def coarse_grid(shape: Shape) -> tuple[int, tuple[int, int]]:
-    """Return the points per coarse cell, and the cells ``(my, mx)`` including guard cells."""
-    coarse = -(-min(shape) // _COARSE)
-    cells = [-(-n // coarse) + 2 * _GUARD for n in shape]
-    return coarse, (cells[0], cells[1])
-
-
-def periods(
-    shape: Shape, coarse: int, cells: tuple[int, int]
-) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the numbers of coarse cells of the near and of the far period.
+class CoarseCells(NamedTuple):
+    """Coarse grid of a map, and the near and the far period on it.
 
     The near period is a whole number of coarse cells, and the same on both grids.
     """
-    near = [
-        fast_length(max(cell, math.ceil(_NEAR_PERIOD_RATIO * n / coarse)))
-        for n, cell in zip(shape, cells, strict=True)
-    ]
-    far = [fast_length(math.ceil(_FAR_PERIOD_RATIO * cell)) for cell in cells]
-    return (near[0], near[1]), (far[0], far[1])
+
+    points: int  # Points per coarse cell along an edge
+    cells: tuple[int, int]  # Cells `(my, mx)` including guard cells
+    near: tuple[int, int]  # Cells of the near period
+    far: tuple[int, int]  # Cells of the far period
+
+    @classmethod
+    def from_shape(cls, shape: Shape) -> CoarseCells:
+        """Return the coarse grid of a map."""
+        coarse = -(-min(shape) // _COARSE)
+        cells = [-(-n // coarse) + 2 * _GUARD for n in shape]
+        near = [
+            fast_length(max(cell, math.ceil(_NEAR_PERIOD_RATIO * n / coarse)))
+            for n, cell in zip(shape, cells, strict=True)
+        ]
+        far = [fast_length(math.ceil(_FAR_PERIOD_RATIO * cell)) for cell in cells]
+        return cls(coarse, (cells[0], cells[1]), (near[0], near[1]), (far[0], far[1]))
 
 
 def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
@@ -100,17 +104,11 @@ class Images:
     """Difference between an infinite and a periodic surface, on coarse cells."""
 
     def __init__(
-        self,
-        fine: PeriodicHalfSpace,
-        pixel: Pixel,
-        coarse: int,
-        cells: tuple[int, int],
-        near: tuple[int, int],
-        far: tuple[int, int],
-        precision: str,
+        self, fine: PeriodicHalfSpace, pixel: Pixel, grid: CoarseCells, precision: str
     ) -> None:
         import scipy.sparse
 
+        coarse, cells, near, far = grid
         workspace = fine._workspace
         self._workspace, self._fine = workspace, fine
         edges = pixel[0] * coarse, pixel[1] * coarse
@@ -166,24 +164,22 @@ class Images:
 
     def stress(self, pressure: Array, pull: Pull) -> None:
         """Compute the correction of the stress on the coarse layers."""
-        coarse = self._restrict(pressure.astype(self._fine.real)) * self._scale
-        self._far.stress(coarse, lambda layer, values: np.copyto(self._stress[layer], values), pull)
-
-        def subtract(layer: int, values: Array) -> None:
-            self._stress[layer] -= values
-
-        self._near.stress(coarse, subtract, pull)
+        self._subtract(self._far.stress, self._near.stress, self._stress, pressure, pull)
 
     def mean_stress(self, pressure: Array, pull: Pull) -> None:
         """Compute the correction of the mean stress on the coarse layers."""
+        mean, (far, near) = self._stress[:, 0], (self._far.mean_stress, self._near.mean_stress)
+        self._subtract(far, near, mean, pressure, pull)
+
+    def _subtract(self, far: Stress, near: Stress, out: Array, pressure: Array, pull: Pull) -> None:
+        """Write the stress of the far period minus that of the near period."""
         coarse = self._restrict(pressure.astype(self._fine.real)) * self._scale
-        first = self._stress[:, 0]
-        self._far.mean_stress(coarse, lambda layer, values: np.copyto(first[layer], values), pull)
+        far(coarse, lambda layer, values: np.copyto(out[layer], values), pull)
 
         def subtract(layer: int, values: Array) -> None:
-            first[layer] -= values
+            out[layer] -= values
 
-        self._near.mean_stress(coarse, subtract, pull)
+        near(coarse, subtract, pull)
 
     def layer_correction(self, layer: int, component: int) -> Array:
         """Return the correction on one fine layer."""
@@ -258,9 +254,8 @@ class PlasticHalfSpace:
         padded = shape
         self._images: Images | None = None
         if free:
-            coarse, cells = coarse_grid(shape)
-            near, far = periods(shape, coarse, cells)
-            padded = near[0] * coarse, near[1] * coarse
+            grid = CoarseCells.from_shape(shape)
+            padded = grid.near[0] * grid.points, grid.near[1] * grid.points
         self._fine = PeriodicHalfSpace(
             shape,
             pixel,
@@ -274,7 +269,7 @@ class PlasticHalfSpace:
         )
         self.real = self._fine.real
         if free:
-            self._images = Images(self._fine, pixel, coarse, cells, near, far, precision)
+            self._images = Images(self._fine, pixel, grid, precision)
 
     def displacement(self, fill: Fill, *, trace: bool = False) -> NDArray[np.float64]:
         """Set the plastic strain and return the surface displacement that it causes.
@@ -341,6 +336,5 @@ def points_transformed(shape: Shape, boundary: str) -> int:
     """
     if not Boundary(boundary).free_axes:
         return shape[0] * shape[1]
-    coarse, cells = coarse_grid(shape)
-    near, far = periods(shape, coarse, cells)
+    coarse, _, near, far = CoarseCells.from_shape(shape)
     return near[0] * near[1] * (coarse**2 + 1) + far[0] * far[1]
