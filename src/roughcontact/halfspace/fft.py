@@ -285,18 +285,8 @@ def quadrant_spectrum(
 # NumPy's transforms, independent of the installed libraries; see the docstring of this module.
 
 
-def rfft(
-    values: Array, points: int | None = None, axis: int = -1, norm: Norm = "backward"
-) -> NDArray[np.complex128]:
-    """Return the transform of real values along an axis, padded with zeros to ``points``."""
-    return np.fft.rfft(values, n=points, axis=axis, norm=norm)
-
-
-def irfft(
-    spectrum: NDArray[np.complex128], points: int, axis: int = -1, norm: Norm = "backward"
-) -> Array:
-    """Return the inverse of `rfft`, of ``points`` values."""
-    return np.fft.irfft(spectrum, n=points, axis=axis, norm=norm)
+rfft, irfft = np.fft.rfft, np.fft.irfft
+"""Transform of real values along an axis, and its inverse for a number of points."""
 
 
 def ifft(
