@@ -456,17 +456,12 @@ def _error_result(result: ContactResult) -> ConvergenceError:
 
 def solve_without_ceiling(result: ContactResult) -> ContactResult:
     """Return the solution of the same problem without a ceiling."""
-    return result if result.ceiling is None else solve_with_ceiling(result, None)
-
-
-def solve_with_ceiling(
-    result: ContactResult, ceiling: str | float | ArrayLike | None
-) -> ContactResult:
-    """Return the solution of the same problem with another ceiling."""
+    if result.ceiling is None:
+        return result
     terms = LoadCase(
         load=result.load,
         moments=result.moments,
-        ceiling=ceiling,
+        ceiling=None,
         tolerance=result.tolerance,
         precision=result.precision,
     )
