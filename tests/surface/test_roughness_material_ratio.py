@@ -83,12 +83,6 @@ def test_volumes_are_means_over_the_points() -> None:
     assert volumes == pytest.approx(direct, rel=1e-6)
 
 
-@pytest.mark.parametrize(("peak", "core"), [(0.0, 0.8), (0.8, 0.1), (0.1, 1.0)])
-def test_ratios_of_the_volumes_are_in_order(peak: float, core: float) -> None:
-    with pytest.raises(InputError, match="0 < peak < core < 1"):
-        roughness.volume_parameters(np.array([0.0, 1.0]), np.array([1.0, 0.0]), peak, core)
-
-
 def test_height_differences_of_uniform_and_gaussian_heights() -> None:
     n = 40_000
     uniform = (np.arange(n) + 0.5) / n

@@ -69,8 +69,8 @@ ISO 25178-2:2021, section 4.5; the ratios of Sxp are from ISO 25178-3.
 is Vm(r) = ∫₀ʳ (c - c(r)) and the void volume below it Vv(r) = ∫ᵣ¹ (c(r) - c), both over the
 ratio. Vmp = Vm(p), Vmc = Vm(q) - Vm(p), Vvc = Vv(p) - Vv(q), Vvv = Vv(q).
 
-ISO 25178-2:2021, section 4.5 (void and material volume); the default ratios of 10 % and 80 % are
-from ISO 25178-3.
+ISO 25178-2:2021, section 4.5 (void and material volume); the ratios of 10 % and 80 % are from
+ISO 25178-3.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array, Pixel
-from roughcontact.errors import ArgumentRef, InputError, require_positive
+from roughcontact.errors import InputError, require_positive
 from roughcontact.surface import grid
 
 
@@ -342,16 +342,9 @@ def height_differences(ratio: Array, height: Array) -> dict[str, float]:
     return {"Sxp": float(at[0] - at[1]), "Sdc": float(at[2] - at[3])}
 
 
-def volume_parameters(
-    ratio: Array, height: Array, peak: float = 0.1, core: float = 0.8
-) -> dict[str, float]:
+def volume_parameters(ratio: Array, height: Array) -> dict[str, float]:
     """Return the volume parameters Vmp, Vmc, Vvc and Vvv."""
-    if not 0 < peak < core < 1:
-        raise InputError(
-            f"and {ArgumentRef('core')} must satisfy 0 < peak < core < 1, got {peak!r}, {core!r}",
-            argument="peak",
-            value=peak,
-        )
+    peak, core = 0.1, 0.8
 
     def material(r: float) -> float:
         part, c = _section(ratio, height, 0.0, r)
