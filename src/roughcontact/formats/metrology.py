@@ -191,8 +191,7 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
         raise InputError(
             f"{path} keeps pixel and step of the heights in single precision, got pixel "
             f"{format_lengths(surface.pixel)} and heights up to "
-            f"{format_engineering(largest / 1e3, 'm')}; write "
-            ".x3p or .npz"
+            f"{format_engineering(largest / 1e3, 'm')}; write .x3p or .npz"
         )
     lowest, highest = (round(1e3 * extreme / step) for extreme in (low, high))
     missing = lowest - 2

@@ -419,25 +419,21 @@ def check_scale(path: Path, surface: Surface) -> None:
         if not all(low <= value <= high for value in counted):
             raise FormatError(
                 f"{path.name} was read with {name} of {units.format_lengths(counted)}, which is "
-                "outside "
-                f"{units.format_engineering(low, 'm')} to {units.format_engineering(high, 'm')}; "
-                f"{what}, or "
-                "replace a size that the file has wrong by "
-                f"{ArgumentRef('size', '0.1 mm x 0.2 mm')} and "
+                f"outside {units.format_engineering(low, 'm')} to "
+                f"{units.format_engineering(high, 'm')}; {what}, or replace a size that the file "
+                f"has wrong by {ArgumentRef('size', '0.1 mm x 0.2 mm')} and "
                 f"{ArgumentRef('override_size', True)}"
             )
     span, longest = top - bottom, max(sides)
     if span > _HEIGHT_OVER_SIDE * longest:
         raise FormatError(
             f"{path.name} was read with heights that span {units.format_engineering(span, 'm')} on "
-            "sides "
-            f"of {units.format_engineering(longest, 'm')}; {what}, or give the value of points "
-            f"without data, e.g. {ArgumentRef('no_data', -9999.0)}"
+            f"sides of {units.format_engineering(longest, 'm')}; {what}, or give the value of "
+            f"points without data, e.g. {ArgumentRef('no_data', -9999.0)}"
         )
     if max(top, -bottom) > _SIDE_RANGE[1]:
         raise FormatError(
             f"{path.name} was read with heights from {units.format_engineering(bottom, 'm')} to "
             f"{units.format_engineering(top, 'm')}, further than "
-            f"{units.format_engineering(_SIDE_RANGE[1], 'm')} "
-            f"from zero; {what}"
+            f"{units.format_engineering(_SIDE_RANGE[1], 'm')} from zero; {what}"
         )
