@@ -93,10 +93,8 @@ class Boundary(StrEnum):
         pixel: tuple[float, float],
         contact_modulus: float,
         *,
-        datum: float | None = None,
         coatings: Coatings | None = None,
-        precision: str = "double",
-        workspace: Workspace | None = None,
+        **options: Any,
     ) -> Convolution:
         """Return the operator ``pressure → displacement`` of a map.
 
@@ -108,29 +106,18 @@ class Boundary(StrEnum):
             Pixel edges ``(dy, dx)`` [m].
         contact_modulus : float
             E* [Pa].
-        datum : float, optional
-            As for `convolution.strip`; ignored if both axes are free or both are periodic.
         coatings : Coatings, optional
             Coatings of the bodies.
-        precision : {"double", "single"}
-            Arithmetic of the transforms.
-        workspace : Workspace, optional
-            Threads and memory to use instead of new ones.
+        **options
+            ``precision``, ``workspace`` and ``datum`` as for `convolution.strip`; the datum is
+            ignored if both axes are free or both are periodic.
 
         Returns
         -------
         Convolution
             The operator.
         """
-        of = partial(
-            _MODELS[self].operator,
-            shape,
-            pixel,
-            contact_modulus,
-            datum=datum,
-            precision=precision,
-            workspace=workspace,
-        )
+        of = partial(_MODELS[self].operator, shape, pixel, contact_modulus, **options)
         operator = of(coatings=coatings)
         if coatings is not None and coatings.is_long_wave_soft:
             operator.surface = of(coatings=None).spectrum
@@ -142,15 +129,15 @@ class Boundary(StrEnum):
         pixel: tuple[float, float],
         contact_modulus: float,
         *,
-        coatings: Coatings | None = None,
         precision: str = "double",
         workspace: Workspace | None = None,
+        **options: Any,
     ) -> Callable[[tuple[int, int], tuple[int, int]], Convolution]:
         """Return a factory of the operators of a map, of coarser grids, and of its parts.
 
         Parameters
         ----------
-        shape, pixel, contact_modulus, coatings, workspace
+        shape, pixel, contact_modulus, workspace, **options
             As for `operator`.
         precision : {"double", "single"}
             Arithmetic on the grid of the map.
@@ -163,23 +150,14 @@ class Boundary(StrEnum):
         from roughcontact.halfspace import gpu
         from roughcontact.halfspace.fft import Workspace
 
-        workspace = workspace or Workspace()
         # The zero of the displacement depends on the whole map, even if only a part is evaluated.
-        datum = longer_side(shape, pixel)
+        options |= {"workspace": workspace or Workspace(), "datum": longer_side(shape, pixel)}
 
         def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> Convolution:
             coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
             # On coarse grids the discretization error exceeds the rounding error.
             arithmetic = precision if coarsening == (1, 1) else "single"
-            on_host = self.operator(
-                shape,
-                coarse,
-                contact_modulus,
-                datum=datum,
-                coatings=coatings,
-                precision=arithmetic,
-                workspace=workspace,
-            )
+            on_host = self.operator(shape, coarse, contact_modulus, precision=arithmetic, **options)
             return gpu.to_device(on_host)
 
         return operator
@@ -264,13 +242,13 @@ class _BoundaryModel(NamedTuple):
 # Operators are imported lazily: naming or listing boundaries does not need NumPy.
 
 
-def _free_operator(*problem: Any, datum: float | None, **options: Any) -> Convolution:
+def _free_operator(*problem: Any, datum: float | None = None, **options: Any) -> Convolution:
     from roughcontact.halfspace import convolution
 
     return convolution.free(*problem, **options)
 
 
-def _periodic_operator(*problem: Any, datum: float | None, **options: Any) -> Convolution:
+def _periodic_operator(*problem: Any, datum: float | None = None, **options: Any) -> Convolution:
     from roughcontact.halfspace import convolution
 
     return convolution.periodic(*problem, **options)
