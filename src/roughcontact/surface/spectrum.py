@@ -194,23 +194,9 @@ def radial_spectrum(heights: Array, pixel: Pixel) -> tuple[Array, Array, Array]:
     qy = 2 * np.pi * fft.frequencies(ny, dy)
     qx = 2 * np.pi * fft.half_frequencies(nx, dx)
     delta = 2 * np.pi / min(ny * dy, nx * dx)
-    shells = int(math.hypot(np.abs(qy).max(), qx.max()) / delta + 0.5) + 1
     weight = _both_signs(nx)
-    sums = _shell_sums(spectrum, (qy, qx), weight, delta, shells)
-    waves, wave_number, power = sums[:, sums[0] > 0]
-    return wave_number / waves, power / waves * (dx * dy / (nx * ny)), waves
-
-
-def _shell_sums(
-    spectrum: NDArray[np.complex128],
-    wave_numbers: tuple[Array, Array],
-    weight: Array,
-    delta: float,
-    shells: int,
-) -> Array:
-    """Return the sums of weight, weight times |q| and weight times power over each shell."""
-    qy, qx = wave_numbers
-    sums = np.zeros((3, shells))
+    # Weight, weight times |q| and weight times power of each shell.
+    sums = np.zeros((3, int(math.hypot(np.abs(qy).max(), qx.max()) / delta + 0.5) + 1))
     for rows in grid.row_blocks(spectrum.shape):
         q = np.hypot(qy[rows, None], qx)
         shell = (q / delta + 0.5).astype(np.int64).ravel()
@@ -219,8 +205,9 @@ def _shell_sums(
             weights[0, 0] = 0.0
         power = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
         for total, values in zip(sums, (weights, weights * q, weights * power), strict=True):
-            total += np.bincount(shell, values.ravel(), minlength=shells)
-    return sums
+            total += np.bincount(shell, values.ravel(), minlength=len(total))
+    waves, wave_number, power = sums[:, sums[0] > 0]
+    return wave_number / waves, power / waves * (dx * dy / (nx * ny)), waves
 
 
 def _both_signs(points: int) -> Array:
