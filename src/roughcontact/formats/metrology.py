@@ -24,6 +24,7 @@ import zipfile
 import zlib
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,9 @@ from roughcontact.units import format_engineering, format_lengths
 # Size of a member from which its header is of the format for more than 2 GB, which some readers do
 # not support.
 _MIN_ZIP64_BYTES = 2**30
+
+# Checksum required by the standard, not for security.
+_md5 = partial(hashlib.md5, usedforsecurity=False)
 
 # Members of an X3P archive.
 _DOCUMENT, _POINTS, _SUMS = "main.xml", "bindata/data.bin", "md5checksum.hex"
@@ -60,11 +64,11 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Write a height map as X3P, the exchange format of ISO 25178-72 (ISO 5436-2)."""
     require_suffix(path, ".x3p")
     heights = little_endian(surface.heights)
-    document = _x3p_document(surface, _md5(heights)).encode("utf-8")
+    document = _x3p_document(surface, _md5(heights).hexdigest()).encode("utf-8")
     members: dict[str, bytes | memoryview] = {
         _DOCUMENT: document,
         _POINTS: heights,
-        _SUMS: f"{_md5(document)} *{_DOCUMENT}\n".encode("ascii"),
+        _SUMS: f"{_md5(document).hexdigest()} *{_DOCUMENT}\n".encode("ascii"),
     }
     with (
         atomic_write(path) as stream,
@@ -93,7 +97,11 @@ def check_x3p(path: Path) -> None:
             sums += [(item[1], two[1]) for item, two in [result] if item and two]
         for stated_sum, member in sums:
             name = root + member.decode("utf-8", "replace")
-            if member and name in names and _md5_of(archive, name).encode() != stated_sum.lower():
+            if not (member and name in names):
+                continue
+            with archive.open(name) as stream:
+                found = hashlib.file_digest(stream, _md5).hexdigest()  # type: ignore[arg-type]
+            if found.encode() != stated_sum.lower():
                 raise FormatError(
                     f"{path.name} was damaged or changed after it was written: {name!r} does not "
                     "match its MD5 checksum; take a copy of the file, or export it again"
@@ -374,16 +382,3 @@ def _xml(text: str) -> str:
     from xml.sax.saxutils import escape
 
     return escape(replace_unprintable(text))
-
-
-def _md5(content: bytes | memoryview) -> str:
-    # Checksum required by the standard, not for security.
-    return hashlib.md5(content, usedforsecurity=False).hexdigest()
-
-
-def _md5_of(archive: zipfile.ZipFile, name: str) -> str:
-    digest = hashlib.md5(usedforsecurity=False)
-    with archive.open(name) as member:
-        while block := member.read(2**20):
-            digest.update(block)
-    return digest.hexdigest()
