@@ -94,10 +94,14 @@ def elliptic_contact(
     >>> contact.semi_axes[0] == contact.semi_axes[1], round(contact.semi_axes[0] * 1e6, 2)
     (True, 14.83)
     """
+    from scipy.special import ellipkm1
+
     require_positive(load=load, contact_modulus=contact_modulus)
     k, integral = _ellipse(radii)
     b = (3 * load * k * integral / (math.pi * contact_modulus * _curvature(radii))) ** (1 / 3)
-    return _elliptic(b, k, radii, contact_modulus, load)
+    peak = 3 * load * k / (2 * math.pi * b**2)
+    depth = peak * b * float(ellipkm1(k**2)) / contact_modulus
+    return EllipticContact(load, (b / k, b) if radii[0] >= radii[1] else (b, b / k), peak, depth)
 
 
 def elliptic_load(max_pressure: float, radii: tuple[float, float], contact_modulus: float) -> float:
@@ -149,21 +153,6 @@ def _ellipse(radii: tuple[float, float]) -> tuple[float, float]:
     log_k = brentq(excess, -wanted, 0.0, xtol=1e-15, rtol=1e-15) if ratio > 1 else 0.0
     k = math.exp(log_k)
     return k, float(ellipe((1 - k) * (1 + k)))
-
-
-def _elliptic(
-    b: float, k: float, radii: tuple[float, float], contact_modulus: float, load: float
-) -> EllipticContact:
-    from scipy.special import ellipkm1
-
-    peak = 3 * load * k / (2 * math.pi * b**2)
-    longer = radii[0] >= radii[1]
-    return EllipticContact(
-        load=load,
-        semi_axes=(b / k, b) if longer else (b, b / k),
-        max_pressure=peak,
-        approach=peak * b * float(ellipkm1(k**2)) / contact_modulus,
-    )
 
 
 def contact_radius(load: float, radius: float, contact_modulus: float) -> float:
