@@ -162,12 +162,14 @@ class YieldingBody:
     def strain_on_map(self) -> tuple[Array, Array]:
         """Return the plastic strain and the accumulated plastic strain on the map."""
         accumulated = self.accumulated.reshape(-1, *self.shape)
-        if not any(self._whole_way):
-            return self.strain, accumulated
-        strain, accumulated = (
-            np.roll(field, self._whole_way, (-2, -1)) for field in (self.strain, accumulated)
-        )
+        strain, accumulated = self._roll_to_map(self.strain, accumulated)
         return strain, accumulated
+
+    def _roll_to_map(self, *fields: Array) -> list[Array]:
+        """Return fields of the body on the map; the same arrays if the body has not slid."""
+        if not any(self._whole_way):
+            return list(fields)
+        return [np.roll(field, self._whole_way, (-2, -1)) for field in fields]
 
     def _traction(self, pull: Pull) -> Pull:
         return self._pulled * pull[0], self._pulled * pull[1]
@@ -242,31 +244,19 @@ class YieldingBody:
             q = tensors.equivalent(values).ravel()
             excess[layer] = np.sqrt((q * q / self._square_strength[layer]).max()) - 1
 
-        nothing, pull, pressure = (
-            np.zeros(fields[1:]),
-            self._traction(pull),
-            self._local_pressure(pressure),
-        )
+        nothing, pull = np.zeros(fields[1:]), self._traction(pull)
+        pressure = self._local_pressure(pressure)
         self.operator.stress(pressure, store_layer, pull)
         self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v), pull)
         self.operator.stress(nothing, lambda layer, v: np.copyto(residual[layer], v))
         self.operator.mean_stress(nothing, lambda layer, v: np.copyto(mean_residual[layer], v))
-        dy, dx = self.pixel
-        if any(self._whole_way):
-            stress, mean, residual, mean_residual = (
-                np.roll(field, self._whole_way, (-2, -1))
-                for field in (stress, mean, residual, mean_residual)
-            )
         body = PlasticBody(
             self.material,
-            dy * dx,
+            self.pixel[0] * self.pixel[1],
             margin,
             self.thickness,
             *self.strain_on_map(),
-            stress,
-            mean,
-            residual,
-            mean_residual,
+            *self._roll_to_map(stress, mean, residual, mean_residual),
         )
         return body, float(excess.max())
 
