@@ -237,13 +237,10 @@ class IncrementLoop:
 
     def _empty_increment(self) -> tuple[list[Parts], list[Parts]]:
         """Return the positions and strains of an increment without plastic flow, by body."""
-        places: list[Parts] = []
-        added: list[Parts] = []
-        for body in self.bodies:
-            layers = len(body.strain)
-            places.append([np.empty(0, np.int64)] * layers)
-            added.append([np.empty((5, 0), body.real)] * layers)
-        return places, added
+        return (
+            [[np.empty(0, np.int64)] * len(body.strain) for body in self.bodies],
+            [[np.empty((5, 0), body.real)] * len(body.strain) for body in self.bodies],
+        )
 
     def carried_values(self) -> dict[str, Array]:
         """Return the values carried to the next load in addition to the state."""
