@@ -12,7 +12,7 @@ the smallest y on; ``net-encoder.scaling`` converts the integers into its unit.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -96,14 +96,16 @@ def _open_images(path: Path, name: str) -> Iterator[list[_Image]]:
         yield from images(path)
 
 
-def _length(path: Path, number: str | float, unit: str) -> float | None:
-    """Return a length [m]; None if it is not positive or its unit is no length."""
-    value = float(number)
-    return value * unit_in_meters(path, unit) if value > 0 and is_length(path, unit) else None
-
-
-def _pair(along_y: float | None, along_x: float | None) -> tuple[float, float] | None:
-    return None if along_y is None or along_x is None else (along_y, along_x)
+def _pixel(
+    path: Path, edges: Iterable[str | float], units: Iterable[str]
+) -> tuple[float, float] | None:
+    """Return pixel edges [m]; None if one is not positive or its unit is no length."""
+    known = [
+        float(edge) * unit_in_meters(path, unit)
+        for edge, unit in zip(edges, units, strict=True)
+        if float(edge) > 0 and is_length(path, unit)
+    ]
+    return (known[0], known[1]) if len(known) == 2 else None
 
 
 def _field(path: Path) -> Iterator[list[_Image]]:
@@ -118,10 +120,8 @@ def _field(path: Path) -> Iterator[list[_Image]]:
     if min(ny, nx) < 1 or path.stat().st_size != offset + 4 * ny * nx:
         raise ValueError(f"{ny} × {nx} points from byte {offset} on do not end with the file")
     unit, lateral = head.get("ZUnits", ""), head.get("XYUnits", "")
-    pixel = _pair(
-        _length(path, float(head.get("YReal", "nan")) / ny, lateral),
-        _length(path, float(head.get("XReal", "nan")) / nx, lateral),
-    )
+    dy, dx = float(head.get("YReal", "nan")) / ny, float(head.get("XReal", "nan")) / nx
+    pixel = _pixel(path, (dy, dx), (lateral, lateral))
     channel = Channel(head.get("Title", ""), unit, not unit or is_length(path, unit), (ny, nx))
     yield [_Image(channel, partial(np.memmap, path, "<f4", "r", offset, (ny, nx)), pixel)]
 
@@ -169,15 +169,14 @@ def _pixel_of_page(path: Path, file: Any, page: Any) -> tuple[float, float] | No
         said = dict(re.findall(r'\b(PhysicalSize[XY](?:Unit)?)="([^"]+)"', file.ome_metadata))
         sizes = (said.get(f"PhysicalSize{axis}", "nan") for axis in "YX")
         units = (said.get(f"PhysicalSize{axis}Unit", "um") for axis in "YX")
-        along_y, along_x = map(partial(_length, path), sizes, units)
-        return _pair(along_y, along_x)
+        return _pixel(path, sizes, units)
     word = str((file.imagej_metadata or {}).get("unit", "")).replace("\\u00B5", "u").strip("\0 ")
     counts = [page.tags.get(f"{axis}Resolution") for axis in "YX"]
     if None in counts:
         return None
     (y, one), (x, other) = (tag.value for tag in counts)
     unit = {"micron": "um", "pixel": ""}.get(word, word)
-    return _pair(_length(path, one / y, unit), _length(path, other / x, unit)) if x and y else None
+    return _pixel(path, (one / y, other / x), (unit, unit)) if x and y else None
 
 
 def _frames(path: Path) -> Iterator[list[_Image]]:
@@ -194,10 +193,8 @@ def _list_frames(path: Path, group: Any) -> Iterator[_Image]:
         return
     shape = int(about[_GRID + "jlength"]), int(about[_GRID + "ilength"])
     lateral = _text(about[_GRID + "unit.unit"])
-    pixel = _pair(
-        _length(path, about[_GRID + "vlength"] / shape[0], lateral),
-        _length(path, about[_GRID + "ulength"] / shape[1], lateral),
-    )
+    dy, dx = about[_GRID + "vlength"] / shape[0], about[_GRID + "ulength"] / shape[1]
+    pixel = _pixel(path, (dy, dx), (lateral, lateral))
     for part in group.values():
         if "channel.name" not in part.attrs:
             continue
