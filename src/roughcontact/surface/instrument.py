@@ -159,12 +159,8 @@ class Instrument:
             "u_noise": u_noise,
             "u_shape": known[1] if u_shape is None else u_shape,
         }
-        for key, value in (
-            ("resolution", resolution),
-            ("tip_radius", tip_radius),
-            ("noise", noise),
-        ):
-            numbers[key] = to_si(value or 0.0, "length", key)
+        lengths = {"resolution": resolution, "tip_radius": tip_radius, "noise": noise}
+        numbers |= {key: to_si(value or 0.0, "length", key) for key, value in lengths.items()}
         for key, value in numbers.items():
             if not 0 <= value < math.inf:
                 raise input_error(key, value, "must not be negative")
