@@ -110,18 +110,12 @@ def match_grids(
         for points, own, edge in zip(first.shape, first.pixel, pixel, strict=True)
     )
     shape = ny, nx
-    rows, columns = alignment.common_rectangle(
-        [
-            (first.shape, alignment.grid_positions(first.shape, first.pixel, shape, pixel)),
-            (
-                second.shape,
-                alignment.grid_positions(
-                    second.shape, second.pixel, shape, pixel, offset, angle, mirrored
-                ),
-            ),
-        ],
-        shape,
-    )
+    motion: tuple[Any, ...] = (offset, angle, mirrored)
+    maps = [
+        (body.shape, alignment.grid_positions(body.shape, body.pixel, shape, pixel, *moved))
+        for body, moved in ((first, ()), (second, motion))
+    ]
+    rows, columns = alignment.common_rectangle(maps, shape)
     # Shift from the center of the rectangle to that of the whole grid.
     back_y, back_x = (
         ((points - 1) / 2 - (stop + start - 1) / 2) * edge
