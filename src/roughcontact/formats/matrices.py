@@ -202,8 +202,6 @@ def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
         return map_of_points(path, name, values, head, steps, requested)
     if min(values.shape) == 1 and values.size >= text_files.MIN_POINTS:
         return text_files.read_single_column(path, values.ravel(), requested)
-    if not head.is_map:
-        _refuse_points(path, values)
     values = _apply_head(path, values, head)
     requested.check_shape(values.shape)
     metre, text = _height_unit(path, head, requested)
@@ -229,19 +227,14 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
     elif values.shape[1] == 1:
         values = values.T
     else:
-        if not head.is_map:
-            _refuse_points(path, values)
         values = _apply_head(path, values, head)
     return (Channel(head.channel, head.unit, True, values.shape),)
 
 
 def _read_table(path: Path) -> tuple[Head, Array, tuple[str, ...], text_files.Trace | None]:
     """Return header, values and notes of a text of another program, and its profile, if any."""
-    try:
-        with content.open_text(path, errors="replace") as stream:
-            head = text_files.parse_head(path, _lines(path, stream))
-    except OSError as error:
-        raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
+    with _open_lines(path, errors="replace") as lines:
+        head = text_files.parse_head(path, lines)
     if head.values is not None:
         return head, head.values, (), None
     try:
@@ -293,7 +286,9 @@ def map_of_points(
 
 
 def _apply_head(path: Path, values: Array, head: Head) -> Array:
-    """Return a matrix as described by its header, with rows along y."""
+    """Return a matrix as described by its header, with rows along y; raise for a profile."""
+    if not head.is_map:
+        _refuse_points(path, values)
     if head.turned:
         values = np.ascontiguousarray(values.T)
     if head.points is not None and head.points != values.shape:
@@ -405,14 +400,20 @@ def _name_file_in_errors(path: Path) -> Iterator[None]:
 
 def _head_of_text(path: Path) -> dict[str, str]:
     """Return the header of a text matrix; empty without a header of this package."""
+    with _open_lines(path, errors="replace") as lines:
+        if next(lines, "").strip() != TEXT_MARK:
+            return {}
+        head = itertools.takewhile(lambda line: line.startswith("#"), lines)
+        parts = (line[1:].partition(":") for line in head)
+        return {name.strip(): value.strip() for name, mark, value in parts if mark}
+
+
+@contextmanager
+def _open_lines(path: Path, errors: str = "strict") -> Iterator[Iterator[str]]:
+    """Yield the lines of a text; raise `FormatError` if it cannot be read."""
     try:
-        with content.open_text(path, errors="replace") as stream:
-            lines = _lines(path, stream)
-            if next(lines, "").strip() != TEXT_MARK:
-                return {}
-            head = itertools.takewhile(lambda line: line.startswith("#"), lines)
-            parts = (line[1:].partition(":") for line in head)
-            return {name.strip(): value.strip() for name, mark, value in parts if mark}
+        with content.open_text(path, errors=errors) as stream:
+            yield _lines(path, stream)
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
 
@@ -496,8 +497,8 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
     first, columns, room = 0, 0, 0
     delimiter: str | None = None
     try:
-        with content.open_text(path) as stream:
-            for number, line in enumerate(_lines(path, stream), start=1):
+        with _open_lines(path) as lines:
+            for number, line in enumerate(lines, start=1):
                 ended = line.endswith("\n")
                 if number <= head:
                     continue
@@ -537,8 +538,6 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
             f"{path.name} is no plain text; save it as a plain text matrix, or give its "
             f"{ArgumentRef('format')}"
         ) from None
-    except OSError as error:
-        raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
     if not values:
         raise FormatError(f"{path.name} holds no numbers; a matrix of heights was expected")
     return _interpret_matrix(
