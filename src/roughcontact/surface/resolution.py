@@ -131,12 +131,26 @@ def tip_cutoff(heights: Array, pixel: Pixel, tip_radius: float) -> float | None:
             f"must have at least 3 columns, got shape {heights.shape}", argument="heights"
         )
     dx, limit = pixel[1], -_SAFETY / tip_radius
-    bracket = _bracket(heights, dx, limit)
-    if bracket is None:
+    longest = max(heights.shape[1] // 4, 1)
+    # Reach [pixels] and curvature of the sharpest peak below the limit, then above it.
+    fine, sharpest = 1, _smallest_curvature(heights, dx, 1)
+    if sharpest >= limit:
         return None
-    (fine, sharpest), (coarse, value) = bracket
-    if value < limit:
-        return float(2 * coarse * dx)
+    while fine < longest:
+        coarse = min(max(fine + 1, fine * 5 // 4), longest)
+        value = _smallest_curvature(heights, dx, coarse)
+        if value >= limit:
+            break
+        fine, sharpest = coarse, value
+    else:
+        return float(2 * fine * dx)
+    while coarse - fine > 1:
+        middle = (fine + coarse) // 2
+        between = _smallest_curvature(heights, dx, middle)
+        if between >= limit:
+            coarse, value = middle, between
+        else:
+            fine, sharpest = middle, between
     part = (limit - sharpest) / (value - sharpest)
     return float(2 * (fine + part * (coarse - fine)) * dx)
 
@@ -185,32 +199,6 @@ def smoothing_cutoff(heights: Array, pixel: Pixel) -> float | None:
         elif k - start >= 3 * half:
             break
     return None if start is None else float(2 * math.pi / q[start])
-
-
-def _bracket(
-    heights: Array, dx: float, limit: float
-) -> tuple[tuple[int, float], tuple[int, float]] | None:
-    """Return reach [pixels] and curvature of the sharpest peak below and above a limit."""
-    longest = max(heights.shape[1] // 4, 1)
-    fine, sharpest = 1, _smallest_curvature(heights, dx, 1)
-    if sharpest >= limit:
-        return None
-    while fine < longest:
-        coarse = min(max(fine + 1, fine * 5 // 4), longest)
-        value = _smallest_curvature(heights, dx, coarse)
-        if value >= limit:
-            break
-        fine, sharpest = coarse, value
-    else:
-        return (fine, sharpest), (fine, sharpest)
-    while coarse - fine > 1:
-        middle = (fine + coarse) // 2
-        between = _smallest_curvature(heights, dx, middle)
-        if between >= limit:
-            coarse, value = middle, between
-        else:
-            fine, sharpest = middle, between
-    return (fine, sharpest), (coarse, value)
 
 
 def _smallest_curvature(heights: Array, dx: float, reach: int) -> float:
