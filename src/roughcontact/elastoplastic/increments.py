@@ -499,17 +499,11 @@ class IncrementLoop:
         place = self._places[number][layer]
         if not place.size:
             return
-        shape = self.bodies[number].shape
-        there, inside = [], np.ones(place.size, bool)
-        for axis, (index, way, count) in enumerate(
-            zip(np.divmod(place, shape[1]), stride[1:], shape, strict=True)
-        ):
-            moved = index + way
-            if axis in self.problem.pair.boundary.periodic_axes:
-                moved %= count
-            inside &= (moved >= 0) & (moved < count)
-            there.append(moved)
-        flat = (there[0] * shape[1] + there[1])[inside]
+        shape, inside = self.bodies[number].shape, np.ones(place.size, bool)
+        moved = [i + way for i, way in zip(np.unravel_index(place, shape), stride[1:], strict=True)]
+        for axis in self.problem.pair.boundary.free_axes:
+            inside &= (moved[axis] >= 0) & (moved[axis] < shape[axis])
+        flat = np.ravel_multi_index([index[inside] for index in moved], shape, mode="wrap")
         order = np.argsort(flat)
         self._places[number][layer] = flat[order]
         self._added[number][layer] = self._added[number][layer][:, inside][:, order]
