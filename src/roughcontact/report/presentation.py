@@ -14,8 +14,8 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roughcontact._tools import netcdf
 from roughcontact._tools.files import require_suffix, to_json, write_atomically
-from roughcontact._tools.netcdf import Dataset
 from roughcontact._version import __version__
 from roughcontact.cautions import Severity
 from roughcontact.contact import plausibility
@@ -90,6 +90,7 @@ class Presentation:
     profile_plots: PlotFunctions = ()
     contact_name = ""  # Attribute of the result that holds its contact, if any
     contact_state = ""  # State of the contact, if it is not that of the answer
+    packed: Sequence[str] = ()  # Packed variables of its NetCDF file, if `save` writes one
 
     def __init__(
         self, result: Any, study: Any = None, onset: Any = None, is_drawn: bool = True
@@ -221,9 +222,13 @@ class Presentation:
         return ()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the steps of the result as a table, or the whole result as JSON."""
-        require_suffix(path, *(export.TABLES if self.columns else (".json",)))
+        """Write the steps of the result as a table, or the whole result as JSON or NetCDF."""
+        tables = export.TABLES if self.columns else (".json",)
+        require_suffix(path, *([".nc"] if self.packed else []), *tables)
         suffix = Path(path).suffix.lower()
+        if suffix == ".nc":
+            netcdf.write(self.dataset(), path, dict.fromkeys(self.packed, netcdf.PACKED))
+            return
         steps = stored_steps(self.own("columns"), self.result)
         if suffix == ".xlsx":
             from roughcontact.formats.spreadsheets import write_workbook
@@ -233,7 +238,7 @@ class Presentation:
             text = csv_text(steps) if suffix == ".csv" else f"{to_json(self.summary())}\n"
             write_atomically(path, text)
 
-    def dataset(self) -> Dataset:
+    def dataset(self) -> netcdf.Dataset:
         """Return the content of a NetCDF file."""
         raise InputError(f"{type(self.result).__name__} has no NetCDF form: use to_pandas()")
 

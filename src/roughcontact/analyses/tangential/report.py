@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 from functools import partial
 from operator import attrgetter
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from roughcontact._tools import netcdf
-from roughcontact._tools.files import require_suffix
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.stress import report as stress_report
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.tangential.figures import fretting, tangential
 from roughcontact.analyses.tangential.model import Tangential, tangential_compliance, to_dataset
-from roughcontact.formats import export
 from roughcontact.references import make_use
 from roughcontact.report import figures, phrases
 from roughcontact.report.figures import FRONT, RESULTS, Illustration
@@ -236,6 +232,7 @@ class TangentialPresentation(Presentation):
     figures = _FIGURES
     plots = (tangential, fretting)
     contact_name = "solution"
+    packed = ("pressure", "saturated", "stick")
 
     def question(self) -> str:
         """Return the question that the result answers."""
@@ -313,15 +310,6 @@ class TangentialPresentation(Presentation):
     def problem(self) -> str:
         """Return the contact and the friction."""
         return f"{super().problem()}, friction {self.result.friction:g}"
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write maps as NetCDF, or the steps as CSV or JSON."""
-        require_suffix(path, ".nc", *export.TABLES)
-        if Path(path).suffix.lower() != ".nc":
-            super().save(path)
-            return
-        packed = dict.fromkeys(("pressure", "saturated", "stick"), netcdf.PACKED)
-        netcdf.write(self.dataset(), path, packed)
 
     def dataset(self) -> netcdf.Dataset:
         """Return the maps of traction and slip."""

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from roughcontact._tools import netcdf
-from roughcontact._tools.files import require_suffix
 from roughcontact.analyses.solve import uncertainty_report
 from roughcontact.analyses.solve.fields import stored_quantity
 from roughcontact.analyses.wear.figures import running_in
@@ -22,7 +19,6 @@ from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import maps
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.formats import export
 from roughcontact.references import make_use
 from roughcontact.report import assumptions, chapters, phrases
 from roughcontact.report.figures import FRONT, Illustration
@@ -163,6 +159,7 @@ class WearPresentation(Presentation):
     plots = (running_in,)
     contact_name = "first"
     contact_state = "Before wear"
+    packed = archive.PACKED
 
     def question(self) -> str:
         """Return the question that the wear answers."""
@@ -249,14 +246,6 @@ class WearPresentation(Presentation):
     def works(self) -> Iterator[Use]:
         """Yield the works on wear."""
         yield make_use("wear", "Archard1953", "Podra1999", "Furustig2016")
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write maps and steps as NetCDF, or the steps as CSV or JSON."""
-        require_suffix(path, ".nc", *export.TABLES)
-        if Path(path).suffix.lower() == ".nc":
-            netcdf.write(self.dataset(), path, dict.fromkeys(archive.PACKED, netcdf.PACKED))
-        else:
-            super().save(path)
 
     def dataset(self) -> netcdf.Dataset:
         """Return the worn contact with the wear depth and all steps as a dataset."""
