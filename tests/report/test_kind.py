@@ -7,6 +7,7 @@ import json
 import math
 import re
 from pathlib import Path
+from pkgutil import resolve_name
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -316,13 +317,13 @@ def test_roughness_of_file_is_shown_with_and_without_plane() -> None:
 def test_figures_are_named_after_those_of_the_report(
     contact_result: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    offered = (
+    places = (
         solve.TASK.figures({solve.MODEL: None}),
         solve.TASK.figures({solve.MODEL: solve.VOLUME_MODEL}),
         stress_task.TASK.figures({}),
     )
     tables = (figures.CONTACT, elastoplastic.VolumePresentation.figures, subsurface_stress.FIGURES)
-    assert offered == tuple(figures.names(table) for table in tables)
+    assert tuple(resolve_name(f"roughcontact.{place}") for place in places) == tables
     drawn = []
 
     def sketch(scene: Any) -> Figure:

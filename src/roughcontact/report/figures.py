@@ -458,11 +458,6 @@ VOLUME = (
 # Other results
 
 
-def names(table: Illustrations) -> tuple[str, ...]:
-    """Return the names of the figures written to files."""
-    return tuple(entry.name for entry in table if entry.name)
-
-
 def _trace(scene: MapScene) -> str:
     missing = " The line ends where points are missing." if scene.surface.missing else ""
     return f"Heights{scene.of} {scene.when}, exaggerated. Contact starts at the highest.{missing}"

@@ -165,7 +165,8 @@ class Request(OptionValues):
             if isinstance(value, Path):
                 yield option.name, "", value
             elif value is not None and self.task.figures is not None:
-                files = outputs.figure_files(value, self.task.figures(self))
+                table = pkgutil.resolve_name(f"roughcontact.{self.task.figures(self)}")
+                files = outputs.figure_files(value, filter(None, (entry.name for entry in table)))
                 yield from ((option.name, name, path) for name, path in files.items())
 
     @property

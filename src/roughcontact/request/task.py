@@ -172,7 +172,7 @@ class Task(Command):
     held: int | str = 0  # Maps in memory in addition to the contact, or place of their number
     memory: Callable[[Any, tuple[int, int]], object] | None = None
     writes: tuple[tuple[Option[Any], Callable[[Any, Path], object]], ...] = ()
-    figures: Callable[[Any], Sequence[str]] | None = None
+    figures: Callable[[Any], str] | None = None  # `figures(request)` returns the place of a table
     questions: tuple[Analysis, ...] = ()  # Analyses in the app
     maps: tuple[str, ...] = ("file",)
     needs_map: bool = True  # Whether a map or a nominal body is required

@@ -142,13 +142,6 @@ def _movie(outcome: Outcome, path: Path) -> None:
     rolling.save(outcome.result, outcome.extras["frames"], path)
 
 
-def _figures(_: Request) -> tuple[str, ...]:
-    from roughcontact.analyses.roll import report as rolling
-    from roughcontact.report import figures
-
-    return figures.names(rolling.FIGURES)
-
-
 TASK = Task(
     "roll",
     """Simulate repeated rolling; report shakedown or ratcheting.
@@ -189,7 +182,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     check=_check,
     memory=Request.require_volume,
     writes=((MOVIE, _movie),),
-    figures=_figures,
+    figures=lambda _: "analyses.roll.report:FIGURES",
     questions=(
         Analysis(
             "Repeated passes",

@@ -167,10 +167,9 @@ def record(outcome: Outcome) -> dict[str, Any]:
     return record
 
 
-def _figures(request: Request) -> tuple[str, ...]:
-    from roughcontact.report import figures
-
-    return figures.names(figures.VOLUME if request[MODEL] == VOLUME_MODEL else figures.CONTACT)
+def _figures(request: Request) -> str:
+    is_volume = request[MODEL] == VOLUME_MODEL
+    return "report.figures:VOLUME" if is_volume else "report.figures:CONTACT"
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:

@@ -81,13 +81,6 @@ def _record(outcome: Outcome) -> dict[str, Any]:
     return record
 
 
-def _figures(_: Request) -> tuple[str, ...]:
-    from roughcontact.analyses.stress.report import FIGURES
-    from roughcontact.report import figures
-
-    return figures.names(FIGURES)
-
-
 TASK = Task(
     "stress",
     """Compute subsurface stress and the load of first yield.
@@ -118,7 +111,7 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
     rules=options.LOAD_RULES,
     record=_record,
     memory=_memory,
-    figures=_figures,
+    figures=lambda _: "analyses.stress.report:FIGURES",
     questions=(
         Analysis(
             "Subsurface stress",
