@@ -77,19 +77,14 @@ def passes(rolling: RollingResult) -> Figure:
 
 def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
     minimum = rolling.strain_threshold
-    shear = [abs(item.largest_shear) for item in rolling.passes]
-    for values, line, colour, name in (
-        (
-            [item.strain_added for item in rolling.passes],
-            "o-",
-            style.SERIES[0],
-            "added, forward and backward",
-        ),
-        ([item.strain_net for item in rolling.passes], "s--", style.SERIES[1], "net"),
-        (shear, "^:", style.SERIES[2], "net mean shear"),
-    ):
+    names = {
+        "strain_added": "added, forward and backward",
+        "strain_net": "net",
+        "largest_shear": "net mean shear",
+    }
+    for (key, name), line, colour in zip(names.items(), _STYLES, style.SERIES, strict=False):
         # A logarithmic scale has no zero.
-        held = np.array(values)
+        held = np.array([abs(getattr(item, key)) for item in rolling.passes])
         axes.plot(number, np.where(held > 0, held, np.nan), line, color=colour, label=name)
     axes.axhline(minimum, color=style.NEUTRAL, lw=1.2, ls="-.", label="threshold")
     style.log_scale(axes, "y")
@@ -115,23 +110,18 @@ def heights(rolling: RollingResult) -> Figure:
     before, after = result.solution.surface, rolling.rolled_surface
     figure, grid = style.panels(10.8, 6.4, 2, 1, sharey=True)
     sunk = result.residual_displacement
-    row, column = np.unravel_index(int(sunk.argmax()), sunk.shape)
+    deepest = np.unravel_index(int(sunk.argmax()), sunk.shape)
     level = float(np.nanmean(before.heights))
-    lines = {
-        "x": (before.heights[row], after.heights[row], "y", (row + 0.5) * before.pixel[0]),
-        "y": (
-            before.heights[:, column],
-            after.heights[:, column],
-            "x",
-            (column + 0.5) * before.pixel[1],
-        ),
-    }
-    top = max(
-        float(np.nanmax(np.abs(v - level))) for old, new, *_ in lines.values() for v in (old, new)
-    )
+    # Along x, then along y: the heights before and after.
+    lines = [
+        np.array([np.take(body.heights, deepest[axis], axis) for body in (before, after)])
+        for axis in (0, 1)
+    ]
+    top = max(float(np.nanmax(np.abs(both - level))) for both in lines)
     factor, unit = style.axis_unit(top, "m")
-    for axes, (along, (old, new, other, place)) in zip(grid, lines.items(), strict=True):
-        edge = before.pixel[1 if along == "x" else 0]
+    for axis, (axes, (old, new)) in enumerate(zip(grid, lines, strict=True)):
+        other, along = "yx"[axis], "xy"[axis]
+        place, edge = (deepest[axis] + 0.5) * before.pixel[axis], before.pixel[1 - axis]
         where = (np.arange(old.size) + 0.5) * edge
         length, length_unit = style.axis_unit(float(where[-1]), "m")
         axes.plot(where * length, (old - level) * factor, color=style.NEUTRAL, label="before")
@@ -354,11 +344,15 @@ def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[MovieFram
         interpolation="nearest",
     )
     style.name_axes(axes, y=f"y [{unit}]")
-    axes.set_title("contact pressure", fontsize=style.TICK, loc="left")
-    bar = axes.figure.colorbar(image, ax=axes, format=lambda value, _: f"{value * factor:.3g}")
-    bar.set_label(f"[{shown}]", fontsize=style.TICK)
-    bar.ax.tick_params(labelsize=style.TICK)
+    _add_bar(axes, image, "contact pressure", shown, lambda value, _: f"{value * factor:.3g}")
     return image
+
+
+def _add_bar(axes: Any, drawn: Any, title: str, unit: str, form: Any = None) -> None:
+    axes.set_title(title, fontsize=style.TICK, loc="left")
+    bar = axes.figure.colorbar(drawn, ax=axes, format=form)
+    bar.set_label(f"[{unit}]", fontsize=style.TICK)
+    bar.ax.tick_params(labelsize=style.TICK)
 
 
 def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[MovieFrame]) -> Any:
@@ -379,12 +373,7 @@ def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[MovieFrame]
     )
     axes.set_ylim(faces[-1], 0)
     style.name_axes(axes, f"{along} [{unit}]", f"depth [{unit}]")
-    axes.set_title(
-        f"accumulated plastic strain, the largest across {along}", fontsize=style.TICK, loc="left"
-    )
-    bar = axes.figure.colorbar(mesh, ax=axes)
-    bar.set_label("[%]", fontsize=style.TICK)
-    bar.ax.tick_params(labelsize=style.TICK)
+    _add_bar(axes, mesh, f"accumulated plastic strain, the largest across {along}", "%")
     return mesh
 
 
