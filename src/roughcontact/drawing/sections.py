@@ -342,16 +342,9 @@ def draw_histogram(
         if len(results) == 1 and results[0].saturated_fraction > 0:
             text = f"{_share_at_ceiling(results[0])} at the {text}"
         axes.axvline(ceiling * factor, color=style.NEUTRAL, ls=(0, (5, 3)), lw=1.5)
-        axes.annotate(
-            text,
-            (ceiling * factor, 1),
-            xycoords=axes.get_xaxis_transform(),
-            xytext=(0, 3 + 14 * (row % 2)),
-            textcoords="offset points",
-            ha="right" if ceiling > 0.85 * last else "center",
-            fontsize=style.TICK,
-            color=style.NEUTRAL,
-        )
+        side, place = "right" if ceiling > 0.85 * last else "center", axes.get_xaxis_transform()
+        offset = 0, 3 + 14 * (row % 2)
+        style.label_point(axes, text, (ceiling * factor, 1), offset, xycoords=place, ha=side)
     if scale == "log":
         style.log_scale(axes, "x")
     else:

@@ -336,6 +336,15 @@ def mark_place(axes: Axes, x: float, y: float, **more: Any) -> None:
     axes.plot([x], [y], "+", color=SERIES[0], ms=11, mew=2, **more)
 
 
+def label_point(
+    axes: Axes, text: str, point: tuple[float, float], offset: tuple[float, float], **more: Any
+) -> None:
+    """Write a small text at an offset [points] from a point; with arguments of ``annotate``."""
+    axes.annotate(
+        text, point, offset, textcoords="offset points", fontsize=TICK, color=NEUTRAL, **more
+    )
+
+
 def field_colours(**beyond: Any) -> Any:
     """Return the full color map of a field: no background color has to be distinct."""
     from matplotlib import colormaps

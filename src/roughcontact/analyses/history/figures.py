@@ -131,15 +131,7 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
         axes.plot(*np.array(points).T, color=colour, lw=width, label=name)
     axes.plot(x, y, "o", color=style.NEUTRAL, ms=4)
     for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
-        axes.annotate(
-            text,
-            (x[place], y[place]),
-            xytext=(0, 3),
-            textcoords="offset points",
-            ha=side,
-            fontsize=style.TICK,
-            color=style.NEUTRAL,
-        )
+        style.label_point(axes, text, (x[place], y[place]), (0, 3), ha=side)
     axes.margins(x=0.1)
     axes.set_ylim(bottom=0)
     style.plain_axes(axes, f"approach from first touch [{unit_across}]", f"load [{unit_up}]")

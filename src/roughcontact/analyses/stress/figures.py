@@ -82,16 +82,9 @@ def stress_depth(result: StressResult) -> Figure:
         axes.plot(depths, values * factor, line, color=colour, lw=1.8, marker=".", label=name)
     for number, edge in enumerate(interfaces(result.material) if result.parts else ()):
         axes.axvline(float(edge) * length[0], color=style.NEUTRAL, lw=1)
-        axes.annotate(
-            result.parts[number].name,
-            (float(edge) * length[0], 1),
-            xytext=(-3, -3),
-            xycoords=axes.get_xaxis_transform(),
-            ha="right",
-            va="top",
-            rotation=90,
-            **_LABEL,
-        )
+        place = {"xycoords": axes.get_xaxis_transform(), "ha": "right", "va": "top"}
+        point, name = (float(edge) * length[0], 1), result.parts[number].name
+        style.label_point(axes, name, point, (-3, -3), rotation=90, **place)
     if strength:
         _draw_yield_strength(axes, strength, (factor, unit))
     if near:
@@ -106,25 +99,13 @@ def stress_depth(result: StressResult) -> Figure:
     return figure
 
 
-# Style of small labels at lines, with an offset in points.
-_LABEL: dict[str, Any] = {
-    "textcoords": "offset points",
-    "fontsize": style.TICK,
-    "color": style.NEUTRAL,
-}
-
-
 def _draw_yield_strength(axes: Axes, strength: float, scale: tuple[float, str]) -> None:
     """Draw the yield strength as a labeled line."""
     height = strength * scale[0]
     axes.axhline(height, color=style.NEUTRAL, ls=(0, (5, 3)), lw=1.5)
-    axes.annotate(
-        f"yield strength {style.in_unit(strength, scale, 'Pa')}",
-        (1, height),
-        xycoords=axes.get_yaxis_transform(),
-        xytext=(-3, 3),
-        ha="right",
-        **_LABEL,
+    name, place = style.in_unit(strength, scale, "Pa"), axes.get_yaxis_transform()
+    style.label_point(
+        axes, f"yield strength {name}", (1, height), (-3, 3), xycoords=place, ha="right"
     )
 
 
