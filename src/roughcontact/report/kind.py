@@ -194,6 +194,17 @@ def format_without_rounding(key: str) -> Callable[[Any], Sequence[float]]:
     return values
 
 
+def largest_of_steps(
+    key: str, label: str, name: str, steps: str = "steps", **more: Any
+) -> Quantity:
+    """Return the quantity of the largest of an error of all steps."""
+
+    def largest(result: Any) -> float:
+        return max(getattr(step, name) for step in getattr(result, steps))
+
+    return Quantity(key, label, of=largest, part=TRUST, **more)
+
+
 REPORT_ONLY: dict[str, Any] = {"stored": False, "brief": False}
 """Arguments of a quantity that only reports show."""
 

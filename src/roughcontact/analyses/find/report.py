@@ -9,6 +9,7 @@ from typing import Any
 from roughcontact.analyses.find import model as search
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report
 from roughcontact.analyses.solve.fields import PAIR, stored_quantity
+from roughcontact.analyses.sweep.report import certificates_of
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.report import citations, phrases
 from roughcontact.report.kind import (
@@ -117,14 +118,7 @@ FOUND = (
     ),
     Quantity("convolutions"),
     Quantity("seconds", "time of the search [s]", part=TRUST),
-    Quantity(
-        "worst_certificate",
-        "certificates $ε$",
-        part=TRUST,
-        stored=False,
-        of=lambda r: max(item.certificate for item in r.answers),
-        form=lambda v: f"{v:.1e} at most",
-    ),
+    certificates_of("answers"),
     *CAUTIONS,
     stored_quantity("largest", "version"),
 )

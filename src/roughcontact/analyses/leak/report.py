@@ -22,13 +22,13 @@ from roughcontact.report import phrases
 from roughcontact.report.figures import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
     CAUTIONS,
-    TRUST,
     CellTable,
     Column,
     Columns,
     Quantity,
     Use,
     always,
+    largest_of_steps,
 )
 from roughcontact.report.page import WIDE
 from roughcontact.report.presentation import Presentation
@@ -182,13 +182,7 @@ _TABLE = (
     Quantity("calibrated"),
     Quantity("draws"),
     Quantity("intervals", of=lambda r: [_interval(r, axis) for axis in r.axes]),
-    Quantity(
-        "unbalanced",
-        "flow out of balance",
-        form=order_of_magnitude,
-        part=TRUST,
-        of=lambda r: float(np.max(r.column("unbalanced"))),
-    ),
+    largest_of_steps("unbalanced", "flow out of balance", "unbalanced", form=order_of_magnitude),
     *CAUTIONS,
 )
 

@@ -19,9 +19,9 @@ from roughcontact.report.citations import CEILING, RECOMMENDED, Uses, map_refere
 from roughcontact.report.figures import FRONT, Illustration
 from roughcontact.report.kind import (
     CAUTIONS,
-    TRUST,
     Column,
     Quantity,
+    largest_of_steps,
     profile_columns,
     profile_table,
 )
@@ -40,16 +40,11 @@ def _nominal(result: Any) -> float:
     return result.nominal_area if isinstance(result, LoadCurve) else result.last.nominal_area
 
 
-def certificates_of() -> Quantity:
-    """Return the quantity of the largest certificate."""
-    return Quantity(
-        "worst_certificate",
-        "certificates $ε$",
-        of=lambda result: max(step.certificate for step in result.steps),
-        form=lambda v: f"{v:.1e} at most",
-        part=TRUST,
-        stored=False,
-    )
+def certificates_of(steps: str = "steps") -> Quantity:
+    """Return the quantity of the largest certificate of the steps of a result."""
+    name, label = "worst_certificate", "certificates $ε$"
+    form: Callable[[float], str] = "{:.1e} at most".format
+    return largest_of_steps(name, label, "certificate", steps, form=form, stored=False)
 
 
 def _slope(curve: LoadCurve) -> str:

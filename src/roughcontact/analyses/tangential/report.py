@@ -25,6 +25,7 @@ from roughcontact.report.kind import (
     Column,
     Quantity,
     Use,
+    largest_of_steps,
     profile_columns,
     profile_table,
     read_attribute,
@@ -118,20 +119,13 @@ _TABLE = (
         "tangential force at first yield [N]",
         of=lambda r: _finite(read_attribute(r, "fretting.yield_force")),
     ),
-    Quantity(
+    largest_of_steps(
         "tangential_certificate",
         "tangential certificate $ε_t$",
+        "certificate",
         form=order_of_magnitude,
-        part=TRUST,
-        of=lambda r: max(step.certificate for step in r.steps),
     ),
-    Quantity(
-        "force_error",
-        "force error",
-        form=order_of_magnitude,
-        part=TRUST,
-        of=lambda r: max(step.force_error for step in r.steps),
-    ),
+    largest_of_steps("force_error", "force error", "force_error", form=order_of_magnitude),
     Quantity("applications", "applications of the tangential operator", part=TRUST),
     *CAUTIONS,
 )
