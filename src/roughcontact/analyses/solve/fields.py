@@ -7,6 +7,7 @@ them, with the same digits.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from operator import attrgetter
 from typing import Any
 
@@ -83,35 +84,26 @@ def hertz_rows(result: ContactResult) -> list[tuple[str, ...]]:
     """Return the rows of smooth and rough contact: name, both values, and their ratio."""
     smooth = result.hertz
     assert smooth is not None
-    names = _SIDES[smooth.shape.kind]
-    rows: list[tuple[str, str, float | None, float]] = [
-        (name, "m", there, here)
-        for name, there, here in zip(
-            names, smooth.semi_axes, hertz_comparison.equivalent_hertz_size(result), strict=True
-        )
+    names, sizes = _SIDES[smooth.shape.kind], hertz_comparison.equivalent_hertz_size(result)
+    extent, unit = ("length", "m") if result.pair.is_profile else ("area", "m²")
+    return [
+        *(
+            _hertz_row(name, "m", there, here)
+            for name, there, here in zip(names, smooth.semi_axes, sizes, strict=True)
+        ),
+        _hertz_row("largest pressure", "Pa", smooth.max_pressure, result.max_pressure),
+        _hertz_row("mean pressure", "Pa", smooth.mean_pressure, result.load / result.contact_area),
+        _hertz_row(f"contact {extent}", unit, smooth.area, result.contact_area),
+        _hertz_row("approach", "m", smooth.approach, result.approach),
     ]
-    rows += [
-        ("largest pressure", "Pa", smooth.max_pressure, result.max_pressure),
-        ("mean pressure", "Pa", smooth.mean_pressure, result.load / result.contact_area),
-        (*_hertz_area(result), smooth.area, result.contact_area),
-        ("approach", "m", smooth.approach, result.approach),
-    ]
-    return [_hertz_row(*item) for item in rows]
-
-
-def _hertz_area(result: ContactResult) -> tuple[str, str]:
-    return ("contact length", "m") if result.pair.is_profile else ("contact area", "m²")
 
 
 def _hertz_row(name: str, unit: str, there: float | None, here: float) -> tuple[str, ...]:
+    """Return the name, both values and their ratio."""
+    text = format_engineering(here, unit)
     if there is None:
-        return name, ABSENT, format_engineering(here, unit), ABSENT
-    return (
-        name,
-        format_engineering(there, unit),
-        format_engineering(here, unit),
-        f"{here / there:.4g}",
-    )
+        return name, ABSENT, text, ABSENT
+    return name, format_engineering(there, unit), text, f"{here / there:.4g}"
 
 
 def hertz_record(result: ContactResult) -> dict[str, Any] | None:
@@ -439,13 +431,7 @@ VOLUME = (
     Quantity("regime", "regime: of the bodies"),
     *CAUTIONS,
     _contact_quantity("boundary"),
-    Quantity(
-        "precision",
-        "arithmetic of the volume",
-        part=TRUST,
-        form=lambda v: f"{v} precision",
-        brief=False,
-    ),
+    replace(quantity_of(CONTACT, "precision"), label="arithmetic of the volume", stored=True),
     Quantity("layers", of=lambda r: [body.thickness.size for body in r.bodies]),
     _contact_quantity("shape"),
     _contact_quantity("pixel"),
@@ -481,26 +467,25 @@ def _offset(axis: int) -> Callable[[ElastoplasticResult], list[float]]:
     return lambda result: [step.offset[axis] for step in result.increments]
 
 
+def _increment(key: str, label: str, **more: Any) -> Column:
+    return Column(key, label, of=f"increments.{key}", **more)
+
+
 _TRAVELLED = attrgetter("has_moved")
 INCREMENTS = (
     Column("number", "increment", of=lambda r: range(1, len(r.increments) + 1)),
-    Column("load", "load [N]", of="increments.load"),
+    _increment("load", "load [N]"),
     Column("offset_y", "moved along y [m]", of=_offset(0), when=_TRAVELLED),
     Column("offset_x", "moved along x [m]", of=_offset(1), when=_TRAVELLED),
-    Column("friction", "friction", of="increments.friction", when=_TRAVELLED),
-    Column("direction", "towards [degree]", of="increments.direction", when=_TRAVELLED),
-    Column("approach", "approach [m]", of="increments.approach"),
-    Column("contact_area", "contact area [m²]", of="increments.contact_area"),
-    Column("max_pressure", "largest pressure [Pa]", of="increments.max_pressure"),
-    Column(
-        "max_plastic_strain",
-        "plastic strain",
-        of="increments.max_plastic_strain",
-        form=format_percent,
-    ),
-    Column("plastic_volume", "plastic volume [m³]", of="increments.plastic_volume"),
-    Column("residual", "residual", of="increments.residual", form=order_of_magnitude),
-    Column("iterations", "iterations", of="increments.iterations"),
+    _increment("friction", "friction", when=_TRAVELLED),
+    _increment("direction", "towards [degree]", when=_TRAVELLED),
+    _increment("approach", "approach [m]"),
+    _increment("contact_area", "contact area [m²]"),
+    _increment("max_pressure", "largest pressure [Pa]"),
+    _increment("max_plastic_strain", "plastic strain", form=format_percent),
+    _increment("plastic_volume", "plastic volume [m³]"),
+    _increment("residual", "residual", form=order_of_magnitude),
+    _increment("iterations", "iterations"),
 )
 """Columns of the increments of an `ElastoplasticResult`."""
 
