@@ -195,20 +195,6 @@ class Texture:
         return self.curved < CURVED
 
 
-def form_note(texture: Texture) -> tuple[Caution, ...]:
-    """Return the note on curved bodies, for which correlations of flat joints are omitted."""
-    if texture.is_flat:
-        return ()
-    return (
-        as_note(
-            CautionTag.CURVED,
-            f"Bodies are curved ({format_percent(texture.curved)} of gap variance): flat-joint "
-            f"correlations omitted. Flat face? Add {ArgumentRef('level', 'quadric')}.",
-            curved=texture.curved,
-        ),
-    )
-
-
 CASES = 108
 """Number of rough contacts in the test of the estimates, see `constriction.CORRELATION_RANGE`."""
 
@@ -418,13 +404,12 @@ class Conductance(series.StepResult):
     @property
     def electrical_resistivity(self) -> float:
         """Sum of the resistivities of the two bodies [Ω m]; NaN if one is not known."""
-        first, second = (body.resistivity or math.nan for body in self.bodies)
-        return first + second
+        return _sum_resistivity(self.bodies, "electrical")
 
     @property
     def thermal_resistivity(self) -> float:
         """Sum of 1/k of the two bodies [m K/W]; NaN if one is not known."""
-        return _thermal_resistivity(self.bodies)
+        return _sum_resistivity(self.bodies, "thermal")
 
     @property
     def electrical_resistance(self) -> Array:
@@ -486,9 +471,8 @@ class Conductance(series.StepResult):
         by : {"length", "greenwood_length", "correlation_length"}
             Constriction length: computed, or an estimate; see `ConductanceStep`.
         """
-        thermal = kind == "thermal"
-        resistivity = self.thermal_resistivity if thermal else self.electrical_resistivity
-        film = self.thermal_film if thermal else self.film
+        resistivity = _sum_resistivity(self.bodies, kind)
+        film = self.thermal_film if kind == "thermal" else self.film
         with np.errstate(divide="ignore"):
             resistance: Array = self.column(f"{kind}_plating") * resistivity / self.column(by)
             if film:
@@ -586,7 +570,7 @@ def conductance(
     _check(bodies, films)
     warmth = temperature_or_room(temperature)
     filling = None if gap is None else filling_of(gap, gap_pressure, warmth)
-    if filling is not None and math.isnan(_thermal_resistivity(bodies)):
+    if filling is not None and math.isnan(_sum_resistivity(bodies, "thermal")):
         raise InputError("needs the conductivity of both bodies", argument="gap")
     amperes = None if current is None else series.parse_positive(current, "current", "current")
     if amperes and None in (body.resistivity for body in bodies):
@@ -678,7 +662,7 @@ def _step(
     bodies: tuple[Conductor, Conductor],
     filling: Filling | None,
 ) -> ConductanceStep:
-    gaps, resistivity = {}, _thermal_resistivity(bodies)
+    gaps, resistivity = {}, _sum_resistivity(bodies, "thermal")
     length = constriction_length(result)
     if len(result.boundary.periodic_axes) == 2 and not math.isnan(resistivity):
         gap = np.where(result.contact, np.nan, np.maximum(result.gap, 0))
@@ -743,11 +727,16 @@ def _conducting_layer(layer: Layer, kind: str) -> ConductingLayer:
 
 
 def _joint_cautions(result: ContactResult, texture: Texture) -> Iterator[Caution]:
-    """Yield the cautions on the joint."""
+    """Yield the notes on a smooth counter-body, and on curved bodies without correlations."""
     if result.counter_surface is None:
         yield series.ONE_ROUGH_FACE
-    if result.hertz is None:
-        yield from form_note(texture)
+    if result.hertz is None and not texture.is_flat:
+        yield as_note(
+            CautionTag.CURVED,
+            f"Bodies are curved ({format_percent(texture.curved)} of gap variance): flat-joint "
+            f"correlations omitted. Flat face? Add {ArgumentRef('level', 'quadric')}.",
+            curved=texture.curved,
+        )
 
 
 def _correlation(result: ContactResult, texture: Texture) -> float:
@@ -774,8 +763,8 @@ def _correlation(result: ContactResult, texture: Texture) -> float:
     return 1 / (1 / joint + 1 / whole)
 
 
-def _thermal_resistivity(bodies: tuple[Conductor, Conductor]) -> float:
-    return sum(_resistivity(body, "thermal") for body in bodies)
+def _sum_resistivity(bodies: tuple[Conductor, Conductor], kind: str) -> float:
+    return sum(_resistivity(body, kind) for body in bodies)
 
 
 def conductor_of(specified: Conductor | str) -> Conductor:
