@@ -553,6 +553,12 @@ def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
     return f"{bodies(contact)}, {len(loads)} {what}{boundary(contact)}"
 
 
+def place(center: Sequence[float], is_profile: bool = False) -> str:
+    """Return a place ``(y, x)`` on a map or a profile [m]."""
+    y, x = (format_engineering(length, "m") for length in center)
+    return f"at x = {x}" if is_profile else f"at y, x = {y}, {x}"
+
+
 def status(contact: ContactResult) -> str:
     """Return the solver status of a contact: certificate and time."""
     limit = f"{order_of_magnitude(contact.certificate)} (limit {contact.tolerance:.0e})"

@@ -45,8 +45,7 @@ def _place(result: Yielding) -> str:
     layer, row, column = depth.most_strained(result.result, result.number)
     dy, dx = result.result.solution.surface.pixel
     deep = format_engineering(float(result.body.depth[layer]), "m")
-    y, x = (format_engineering(place, "m") for place in ((row + 0.5) * dy, (column + 0.5) * dx))
-    return f"{deep} deep, at y, x = {y}, {x}"
+    return f"{deep} deep, {phrases.place(((row + 0.5) * dy, (column + 0.5) * dx))}"
 
 
 def _deepest(result: Yielding, name: str) -> str:

@@ -11,6 +11,7 @@ from roughcontact.analyses.stress.figures import stress_depth, stress_map, stres
 from roughcontact.analyses.stress.model import StressResult, to_dataset
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.pair import BODIES
+from roughcontact.halfspace.coating_stress import Face
 from roughcontact.references import make_use
 from roughcontact.report import chapters, phrases
 from roughcontact.report.citations import Uses, stress_references
@@ -30,15 +31,10 @@ from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent
 
 
-def _is_profile(stress: StressResult) -> bool:
-    return stress.solution.pair.is_profile
-
-
 def _place(stress: StressResult) -> str:
-    depth, y, x = (format_engineering(length, "m") for length in stress.max_von_mises_at)
-    return (
-        f"{depth} deep, at x = {x}" if _is_profile(stress) else f"{depth} deep, at y, x = {y}, {x}"
-    )
+    depth, *center = stress.max_von_mises_at
+    is_profile = stress.solution.pair.is_profile
+    return f"{format_engineering(depth, 'm')} deep, {phrases.place(center, is_profile)}"
 
 
 def _over_pressure(stress: StressResult) -> str:
@@ -47,8 +43,7 @@ def _over_pressure(stress: StressResult) -> str:
 
 
 def _tension_place(stress: StressResult) -> str:
-    y, x = (format_engineering(length, "m") for length in stress.max_tension_at)
-    return f"at the surface, at y, x = {y}, {x}"
+    return f"at the surface, {phrases.place(stress.max_tension_at)}"
 
 
 def _has_tension(stress: StressResult) -> bool:
@@ -71,14 +66,20 @@ def _by_part(stress: StressResult) -> str:
 def _interface_stresses(stress: StressResult) -> str:
     names = [part.name for part in stress.parts]
     return "; ".join(
-        f"{names[face.part]} at {format_engineering(face.depth, 'm', 3)}: tension "
-        f"{format_engineering(face.tension.value, 'Pa', 3)}, shear "
-        f"{format_engineering(face.shear.value, 'Pa', 3)}, pull "
-        f"{format_engineering(max(face.pull.value, 0.0), 'Pa', 3)}"
+        f"{names[face.part]} at {format_engineering(face.depth, 'm', 3)}: {_tractions(face)}"
         if face.depth
         else f"surface: tension {format_engineering(face.tension.value, 'Pa', 3)}"
         for face in stress.faces
     )
+
+
+def _tractions(face: Face) -> str:
+    """Return tension, shear and pull at an interface."""
+    tension, shear, pull = (
+        format_engineering(value, "Pa", 3)
+        for value in (face.tension.value, face.shear.value, max(face.pull.value, 0.0))
+    )
+    return f"tension {tension}, shear {shear}, pull {pull}"
 
 
 STRESS = (
@@ -284,17 +285,8 @@ def _layer_rows(stress: StressResult) -> list[tuple[str, str]]:
         rows.append((part.name, f"von Mises {reached}, {depth} deep"))
     surface, *others = stress.faces
     rows.append(("Tension at surface", format_short(surface.tension.value, "Pa")))
-    for face in others[::2]:
-        name = stress.parts[face.part].name
-        rows.append(
-            (
-                f"Bottom of {name}",
-                f"tension {format_short(face.tension.value, 'Pa')}, shear "
-                f"{format_short(face.shear.value, 'Pa')}, pull "
-                f"{format_short(max(face.pull.value, 0.0), 'Pa')}",
-            )
-        )
-    return rows
+    bottoms = [(f"Bottom of {stress.parts[face.part].name}", face) for face in others[::2]]
+    return [*rows, *((name, _tractions(face)) for name, face in bottoms)]
 
 
 class StressPresentation(Presentation):

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from roughcontact._tools import netcdf
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.stress import report as stress_report
-from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.tangential.figures import fretting, tangential
 from roughcontact.analyses.tangential.model import Tangential, tangential_compliance, to_dataset
 from roughcontact.references import make_use
@@ -155,14 +154,13 @@ def _fretting_sentences(result: Tangential) -> Iterator[str]:
     if works.yield_force is not None:
         yield f"First yield: {_first_yield(works.yield_force, result.solution.pair.load_unit)}"
     assert stress.max_tension is not None
-    yield (
-        f"Tension: {format_short(stress.max_tension, 'Pa')} at the surface, "
-        f"{_place(stress.max_tension_at, stress)}"
+    is_profile = result.solution.pair.is_profile
+    tension, ruiz = (
+        phrases.place(center, is_profile) for center in (stress.max_tension_at, works.max_ruiz_at)
     )
-    yield (
-        f"Fretting: τδ {format_short(works.max_work, 'J/m²')}, σ_t τδ {_ruiz(works.max_ruiz)}, "
-        f"{_place(works.max_ruiz_at, stress)}"
-    )
+    yield f"Tension: {format_short(stress.max_tension, 'Pa')} at the surface, {tension}"
+    work = format_short(works.max_work, "J/m²")
+    yield f"Fretting: τδ {work}, σ_t τδ {_ruiz(works.max_ruiz)}, {ruiz}"
 
 
 def _first_yield(force: float, unit: str) -> str:
@@ -172,11 +170,6 @@ def _first_yield(force: float, unit: str) -> str:
     if math.isinf(force):
         return "not before it slides"
     return f"at a tangential force of {format_short(force, unit)}"
-
-
-def _place(center: tuple[float, float], stress: StressResult) -> str:
-    y, x = (format_engineering(length, "m") for length in center)
-    return f"at x = {x}" if stress.solution.pair.is_profile else f"at y, x = {y}, {x}"
 
 
 _FIGURES = (
