@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from itertools import starmap
+from typing import Any
 
 import numpy as np
 
@@ -40,9 +41,6 @@ from roughcontact.units import (
     order_of_magnitude,
     plain_decimal,
 )
-
-if TYPE_CHECKING:
-    from roughcontact.analyses.leak.model import Leakage
 
 
 def _seal(result: Leakage) -> str:
@@ -108,7 +106,8 @@ def _place(result: Leakage, axis: int) -> str:
 
 
 def _digits(unit: str) -> Callable[[float], str]:
-    return lambda value: f"{value:.3g} {unit}".rstrip() if value else "0"
+    suffix = "" if unit == "1" else f" {unit}"
+    return lambda value: f"{value:.3g}{suffix}" if value else "0"
 
 
 _FLOWS = (
@@ -126,37 +125,26 @@ def _along(axis: int) -> Columns:
     """Return the columns of a flow direction, with leak rate or permeability."""
     name = AXES[axis]
 
-    def column(key: str, label: str, unit: str, of: Any, when: Any = always, **more: Any) -> Column:
+    def column(key: str, label: str, unit: str, of: Any, when: Any = always) -> Column:
         return Column(
             f"{key}_{name}",
             f"{label and f'{label} along {name}'} [{unit}]",
             of=of,
+            form=None if unit == "m" else _digits(unit),
             when=lambda r: axis in r.axes and when(r),
-            **more,
         )
 
-    def throughput(unit: str) -> Callable[[Leakage], Any]:
-        return lambda r: r.throughput(axis, unit)
+    def flow(key: str, unit: str) -> Column:
+        label = "leak" if key == _SHOWN_FLOW else ""
+        return column(key, label, unit, lambda r: r.throughput(axis, unit), _is_gas)
 
     return (
-        column("permeability", "k", "m³", lambda r: r.permeability(axis), form=_digits("m³")),
-        column("flow_factor", "φ", "1", lambda r: r.flow_factor(axis), form=_digits("")),
+        column("permeability", "k", "m³", lambda r: r.permeability(axis)),
+        column("flow_factor", "φ", "1", lambda r: r.flow_factor(axis)),
         column("critical_gap", "narrowest", "m", lambda r: r.critical_gap(axis)),
-        column(
-            "leak_rate", "leak", "m³/s", lambda r: r.rate(axis), _is_liquid, form=_digits("m³/s")
-        ),
+        column("leak_rate", "leak", "m³/s", lambda r: r.rate(axis), _is_liquid),
         column("shear_flow_factor", "", "1", lambda r: r.shear_flow_factor(axis), _is_smooth),
-        *(
-            column(
-                key,
-                "leak" if key == _SHOWN_FLOW else "",
-                unit,
-                throughput(unit),
-                _is_gas,
-                form=_digits(unit),
-            )
-            for key, unit in _FLOWS
-        ),
+        *starmap(flow, _FLOWS),
         column("gas_factor", "", "1", lambda r: [s.gas_factor[axis] for s in r.steps], _is_gas),
     )
 
