@@ -477,23 +477,13 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
     part, plane = (cut.rows, cut.columns), cut.plane
     colours = style.field_colours(bad=style.OPEN)
     strain = 100 * plane.accumulated[part]
+    most, yielded = float(strain.max()) or 1.0, np.where(strain > 0, strain, np.nan)
     residual = plane.residual_von_mises[part]
     factor, unit = style.axis_unit(float(residual.max()), "Pa")
+    top = float(residual.max()) * factor or 1.0
     fields = [
-        (
-            np.where(strain > 0, strain, np.nan),
-            "accumulated plastic strain [%]",
-            colours,
-            0.0,
-            float(strain.max()) or 1.0,
-        ),
-        (
-            residual * factor,
-            f"residual von Mises stress [{unit}]",
-            colours,
-            0.0,
-            float(residual.max()) * factor or 1.0,
-        ),
+        (yielded, "accumulated plastic strain [%]", colours, 0.0, most),
+        (residual * factor, f"residual von Mises stress [{unit}]", colours, 0.0, top),
     ]
     if result.solution.load:
         # The residual of the iteration can make the ratio exceed one by about 1e-4.
