@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any, NamedTuple, TypeVar
@@ -17,7 +18,7 @@ from roughcontact._tools import files
 from roughcontact._tools.processes import reject_mpi_run
 from roughcontact.analyses.tasks import DASK, LOCAL
 from roughcontact.batch import jobs, plan
-from roughcontact.batch.executors import Engine, local_processes
+from roughcontact.batch.executors import Engine, connect_cluster, local_processes
 from roughcontact.batch.plan import FAILED, KEPT, SOLVED, ContactReport, Entry
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import default_workers
@@ -51,14 +52,9 @@ def open_project(
     reject_mpi_run()
     read = load()
     several = _process_count(count(read), workers)
-    if kind == DASK:
-        from roughcontact.batch import executors
-
-        with executors.connect_cluster(scheduler, several) as engine:
-            yield engine, read
-    else:
-        with local_processes(several) as engine:
-            yield engine, read
+    connect = partial(connect_cluster, scheduler) if kind == DASK else local_processes
+    with connect(several) as engine:
+        yield engine, read
 
 
 def _process_count(count: int, workers: int | None = None) -> int:
