@@ -29,7 +29,7 @@ from roughcontact.request.request import Request
 Capture = pytest.CaptureFixture[str]
 
 OPTIONS = [option for command in COMMANDS.values() for option in command.options]
-UNCHECKED = {item.function for item in (parsing.as_text, parsing.path, parsing.paths)}
+UNCHECKED = {item.function for item in (parsing.as_text, parsing.path)}
 NAMES = sorted({option.name for option in OPTIONS})
 # Options that describe the surface, and of each task what it cannot do without.
 BALL = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 from roughcontact._tools import memory
 from roughcontact.analyses.compare import task as comparison
@@ -59,9 +60,9 @@ ADDRESS = Option(
     "127.0.0.1",
     Panel.SERVER,
 )
-ALLOW_ORIGIN: Option[tuple[str, ...]] = Option(
+ALLOW_ORIGIN: Option[Any] = Option(
     "allow-origin",
-    parsing.origins,
+    parsing.origin,
     "Address in the browsers of other machines: http://lab-pc:5106; repeatable.",
     (),
     Panel.SERVER,

@@ -32,10 +32,10 @@ def _instrument(text: str, argument: str) -> Instrument:
 
 
 @parser("FILE[=NAME]")
-def _maps(text: str, argument: str) -> tuple[tuple[Path, Instrument | None], ...]:
-    """Return the file of a map and its instrument, as one of several."""
+def _map(text: str, argument: str) -> tuple[Path, Instrument | None]:
+    """Return the file of a map and its instrument."""
     file, _, name = text.partition("=")
-    return ((Path(file), _instrument(name, argument) if name else None),)
+    return Path(file), _instrument(name, argument) if name else None
 
 
 @parser("LENGTH|FILE")
@@ -102,7 +102,7 @@ MATERIAL_UNCERTAINTY: Option[Any] = Option.value(
 )
 ALSO: Option[Any] = Option(
     "also",
-    _maps,
+    _map,
     'Finer map of the surface, and its instrument: "fine.x3p=CSI 100x"; repeatable.',
     (),
     Panel.SOLVER,

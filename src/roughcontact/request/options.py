@@ -58,7 +58,7 @@ class Option(Generic[T_co]):
     panel: str = Panel.BODIES  # Heading under which the help lists it
     label: str = ""  # Label on the page
     prepares: bool = False  # Whether the prepared maps depend on it
-    many: bool = False  # Whether it may be given several times
+    many: bool = False  # Whether it may be given several times: the value is a tuple
     suffixes: tuple[str, ...] = ()  # Suffixes allowed for a file to write
     files_in: Callable[[str], list[str]] = lambda text: []  # Names of the files to read in a text
     arguments: tuple[str, ...] = ()
@@ -80,7 +80,7 @@ class Option(Generic[T_co]):
     @property
     def is_place(self) -> bool:
         """Whether the value is a file or a folder."""
-        is_path = self.parse.function in (parsing.path.function, parsing.groups.function)
+        is_path = self.parse.function in (parsing.path.function, parsing.group.function)
         return is_path or bool(self.suffixes or self.files_in("measured file"))
 
     @property
@@ -144,7 +144,7 @@ class Option(Generic[T_co]):
     def output(text: str, suffixes: tuple[str, ...]) -> Option[Any]:
         """Return the option of the output files of a result."""
         text = f"{text}; repeatable."
-        return Option("output", parsing.paths, text, (), Panel.OUTPUT, many=True, suffixes=suffixes)
+        return Option("output", parsing.path, text, (), Panel.OUTPUT, many=True, suffixes=suffixes)
 
 
 def map_option(name: str, parse: Parser[T], text: str, **more: Any) -> Option[T | None]:
@@ -228,9 +228,9 @@ MISSING_KNOWN = ("error", "fill", "fill-all", "mask", "crop")
 
 # Maps
 
-GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
+GROUP: Option[Any] = Option(
     "group",
-    parsing.groups,
+    parsing.group,
     'Group of maps: "ground=ground*.opd"; repeatable.',
     (),
     Panel.MAP,
@@ -392,14 +392,14 @@ COUNTER_CONSTANTS = (COUNTER_MATERIAL, COUNTER_YOUNG, COUNTER_POISSON, COUNTER_Y
 MATERIALS = (*BODY_CONSTANTS, *COUNTER_CONSTANTS)
 COATING: Option[Any] = Option(
     "coating",
-    parsing.coatings,
+    parsing.coating,
     'Layer on the body: "DLC 2 um", "E=200 GPa, nu=0.2, 2 um"; repeatable, outermost first.',
     (),
     many=True,
 )
 COUNTER_COATING: Option[Any] = Option(
     "counter-coating",
-    parsing.coatings,
+    parsing.coating,
     "Layer on the counter-body, as for --coating.",
     (),
     label="Counter-body coating",
@@ -441,7 +441,7 @@ COUNTER_SURFACE = Option.value(
 )
 COUNTER_MAPS: Option[Any] = Option(
     "counter-maps",
-    parsing.paths,
+    parsing.path,
     "Map of the counter-body's face, met at random shifts and turns; repeatable.",
     (),
     label="Maps of the counter-body's face",

@@ -92,12 +92,6 @@ def path(text: str, argument: str) -> Path:
     return Path(text)
 
 
-@parser("FILE")
-def paths(text: str, argument: str) -> tuple[Path, ...]:
-    """Return a path, as one of several."""
-    return (Path(text),)
-
-
 @parser("")
 def flag(text: str, argument: str) -> bool:
     """Return the value of a flag, true or false."""
@@ -200,6 +194,7 @@ def material(text: str, argument: str) -> Material:
         raise
 
 
+@parser("LAYER")
 def coating(text: str, argument: str) -> Layer:
     """Return a layer: name in the catalog or elastic constants, and thickness."""
     from roughcontact.material import catalog
@@ -227,12 +222,6 @@ def coating(text: str, argument: str) -> Layer:
             argument=argument,
             value=text,
         ) from None
-
-
-@parser("LAYER")
-def coatings(text: str, argument: str) -> tuple[Layer, ...]:
-    """Return a layer, as one of several."""
-    return (coating(text, argument),)
 
 
 _CONSTANTS = {
@@ -370,6 +359,7 @@ def parse_bytes(text: str, argument: str) -> int:
     return int(size)
 
 
+@parser("URL")
 def origin(text: str, argument: str) -> str:
     """Return an origin in the form of browsers: scheme, host, and non-default port."""
     try:
@@ -385,12 +375,7 @@ def origin(text: str, argument: str) -> str:
     return f"{parts.scheme}://{name}" + (f":{port}" if port not in (None, usual) else "")
 
 
-@parser("URL")
-def origins(text: str, argument: str) -> tuple[str, ...]:
-    """Return an `origin`, as one of several."""
-    return (origin(text, argument),)
-
-
+@parser("NAME=FILE[,FILE…]")
 def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
     """Return the name of a group of maps, and its files as text."""
     match = _GROUP.fullmatch(text)
@@ -404,12 +389,6 @@ def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
     if not name.strip() or not files or not all(files):
         raise input_error(argument, text, "must be a name and files, such as 'ground=a.opd,b.opd'")
     return name.strip(), files
-
-
-@parser("NAME=FILE[,FILE…]")
-def groups(text: str, argument: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return a `group`, as one of several."""
-    return (group(text, argument),)
 
 
 def group_text(name: str, files: Iterable[str]) -> str:

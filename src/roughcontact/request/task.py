@@ -78,8 +78,7 @@ class Command:
                 values[name] = value
             elif option.many:
                 texts = [value] if isinstance(value, str) else value
-                parts = [option.parse(text, option.argument) for text in texts]
-                values[name] = tuple(item for part in parts for item in part)
+                values[name] = tuple(option.parse(text, option.argument) for text in texts)
             else:
                 values[name] = option.parse(str(value), option.argument)
         return values
