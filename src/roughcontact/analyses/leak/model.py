@@ -103,18 +103,14 @@ def slip_caution(
     open_flows = [flow for flow in flows if flow.percolates]
     if viscosity >= MIN_GAS_GAP or not open_flows:
         return
-    # Mean pressures with the outlet at atmospheric pressure, and in vacuum.
-    outer, inner = ATMOSPHERE + pressure_difference / 2, pressure_difference / 2
-    air, helium = (
-        max(
-            slip_factor(gap, flow.density, mean_free_path(viscosity, pressure, mass))
-            for flow in open_flows
-        )
-        for pressure, mass in (
-            (pressure, fluids.gas(name).molar_mass.value)
-            for pressure, name in ((outer, "air"), (inner, "helium"))
-        )
-    )
+
+    def largest_factor(name: str, pressure: float) -> float:
+        path = mean_free_path(viscosity, pressure, fluids.gas(name).molar_mass.value)
+        return max(slip_factor(gap, flow.density, path) for flow in open_flows)
+
+    # At the mean pressure with the outlet at atmospheric pressure, and in vacuum.
+    air = largest_factor("air", ATMOSPHERE + pressure_difference / 2)
+    helium = largest_factor("helium", pressure_difference / 2)
     if helium < _SLIPS:
         return
     # Knudsen number of the plane gap with the same slip factor.
