@@ -126,10 +126,9 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     say("generating the surface")
     arguments = {(item.arguments or (item.argument,))[0]: requested[item] for item in _PARAMETERS}
     surface = generate(shape, pixel, **arguments)
-    files: list[Writing] = [
-        (path, _draw_figure(surface) if option is FIGURE else partial(export.save_surface, surface))
-        for option, path in places
-    ]
+    draw = outputs.figure_saver(lambda: surface.plot())
+    save = partial(export.save_surface, surface)
+    files: list[Writing] = [(path, draw if option is FIGURE else save) for option, path in places]
     return surface, outputs.write_files(files, say)
 
 
@@ -141,15 +140,6 @@ def _output_places(requested: OptionValues) -> list[tuple[Option[Any], Path]]:
         outputs.check_suffix(path, option)
         outputs.check_place(path, option.name)
     return places
-
-
-def _draw_figure(surface: Surface) -> Any:
-    def draw() -> Any:
-        from roughcontact.drawing import maps
-
-        return maps.surface(surface)
-
-    return outputs.figure_saver(draw)
 
 
 COMMAND = Command(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from roughcontact._tools.memory import STEPS
@@ -68,10 +67,6 @@ def _check(request: Request) -> None:
     require_count(1, most_passes(len(request.require(PATH))), passes=request[PASSES])
 
 
-def _residual(outcome: Outcome, path: Path) -> None:
-    outcome.result.residual.save(path)
-
-
 TASK = Task(
     "history",
     """Follow loading and unloading, including permanent indentation.
@@ -103,7 +98,7 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
     check=_check,
     last=last_contact,
     held="analyses.history.model:MAX_HELD_RESULTS",
-    writes=((INDENTED_SURFACE, _residual),),
+    writes=((INDENTED_SURFACE, lambda outcome, path: outcome.result.residual.save(path)),),
     questions=(
         Analysis(
             "Load history",
