@@ -155,6 +155,7 @@ class Column(_Labeled):
 
     shown: Callable[[Any], Sequence[Any]] | None = None  # Values in tables, if others
     listed: Callable[[Any], bool] = always  # Whether tables show it, too
+    front: str = ""  # Head in the first table, if this shows only some columns
 
     def values(self, result: Any) -> Sequence[Any]:
         """Return the values of all steps [SI]; by default of the steps, if they have them."""

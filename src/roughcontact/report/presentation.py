@@ -81,7 +81,6 @@ class Presentation:
     table: Table = ()  # Quantities of the result
     columns: Columns = ()  # Quantities of each step
     is_listed = False  # Whether the summary includes the columns
-    front: Sequence[tuple[str, str]] = ()  # Columns of the first table, with their heads
     figures: Illustrations = ()  # Figures of reports and of `--figures`
     plots: PlotFunctions = ()  # Figures of `result.plot`, the default first
     profile_table: Table = ()  # The same for profiles, if others
@@ -144,15 +143,12 @@ class Presentation:
 
     def numbers(self) -> CellTable:
         """Return head and rows of the key quantities: by default some columns of the steps."""
-        if not self.front:
-            return self.listing(brief=True)
-        known, columns = {column.key: column for column in self.own("columns")}, []
-        for key, head in self.front:
-            column, digits = known[key], phrases.DIGITS
+        columns = []
+        for column in filter(attrgetter("front"), self.own("columns")):
             form = phrases.format_share if column.form is format_percent else column.form
-            label = f"{head} [{column.unit}]"
-            columns.append(replace(column, label=label, form=form, digits=digits))
-        return listing_of(columns, self.result)
+            label = f"{column.front} [{column.unit}]"
+            columns.append(replace(column, label=label, form=form, digits=phrases.DIGITS))
+        return listing_of(columns, self.result) if columns else self.listing(brief=True)
 
     def remarks(self) -> Iterable[str]:
         """Return the sources of the interval, and the accuracy, one line each."""
@@ -332,7 +328,8 @@ class Presentation:
         """Return the blocks of all results."""
         _, rows = self.listing()
         # The first page may show all columns and rows.
-        is_own = self.front or type(self).numbers is not Presentation.numbers
+        is_own = type(self).numbers is not Presentation.numbers
+        is_own = is_own or any(column.front for column in self.own("columns"))
         is_front = not is_own and first_and_last(rows) == rows
         contact = self.report_contact
         shown = contact is not None and contact.load

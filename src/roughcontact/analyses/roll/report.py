@@ -133,17 +133,17 @@ def _column(key: str, label: str = "", **text: Any) -> Column:
 
 
 PASSES: Columns = (
-    Column("number", "pass", of=lambda r: range(1, len(r.passes) + 1)),
-    _column("strain_added", "strain", form=strain),
-    _column("strain_net", "net strain", form=strain),
+    Column("number", "pass", of=lambda r: range(1, len(r.passes) + 1), front="pass"),
+    _column("strain_added", "strain", form=strain, front="strain added"),
+    _column("strain_net", "net strain", form=strain, front="net strain"),
     _column("largest_shear", "shear", form=strain),
     _column("max_plastic_strain", "in all", form=strain),
-    _column("max_pressure", "largest pressure [Pa]", digits=3),
+    _column("max_pressure", "largest pressure [Pa]", digits=3, front="peak pressure"),
     _column("contact_area", "contact area [m²]"),
     _column("approach", "approach [m]"),
     _column("max_residual_stress", "residual von Mises stress [Pa]"),
-    _column("in_plane_stress", "residual stress [Pa]", digits=3),
-    _column("Sq", "Sq [m]", digits=3),
+    _column("in_plane_stress", "residual stress [Pa]", digits=3, front="residual stress"),
+    _column("Sq", "Sq [m]", digits=3, front="Sq"),
     _column("Spk", "Spk [m]", digits=3),
     _column("max_residual_displacement", "deepest [m]"),
     _column("steps", "steps"),
@@ -217,14 +217,6 @@ class RollingPresentation(Presentation):
     result: RollingResult
     table = ROLLING
     columns = PASSES
-    front = (
-        ("number", "pass"),
-        ("strain_added", "strain added"),
-        ("strain_net", "net strain"),
-        ("max_pressure", "peak pressure"),
-        ("in_plane_stress", "residual stress"),
-        ("Sq", "Sq"),
-    )
     figures = FIGURES
     plots = (plots.passes, plots.depths, plots.heights)
 

@@ -130,14 +130,14 @@ _TABLE = (
 )
 
 _COLUMNS = (
-    Column("load", "load [N]"),
-    Column("force", "force [N]"),
-    Column("shift", "shift [m]"),
+    Column("load", "load [N]", front="load"),
+    Column("force", "force [N]", front="force"),
+    Column("shift", "shift [m]", front="shift"),
     Column("cross_shift", "[m]"),
-    Column("stick_fraction", "stick", form=format_percent),
-    Column("max_slip", "largest slip [m]"),
+    Column("stick_fraction", "stick", form=format_percent, front="stick"),
+    Column("max_slip", "largest slip [m]", front="largest slip"),
     Column("mean_slip", "mean slip [m]"),
-    Column("energy", "energy [J]"),
+    Column("energy", "energy [J]", front="energy"),
     Column("certificate", form=order_of_magnitude),
 )
 
@@ -207,14 +207,6 @@ class TangentialPresentation(Presentation):
     columns = _COLUMNS
     profile_table = profile_table(_TABLE)
     profile_columns = profile_columns(_COLUMNS)
-    front = (
-        ("load", "load"),
-        ("force", "force"),
-        ("shift", "shift"),
-        ("stick_fraction", "stick"),
-        ("max_slip", "largest slip"),
-        ("energy", "energy"),
-    )
     is_listed = True
     figures = _FIGURES
     plots = (tangential, fretting)
