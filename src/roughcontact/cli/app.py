@@ -28,7 +28,13 @@ from roughcontact.analyses import tasks
 from roughcontact.analyses.generate import task as making
 from roughcontact.analyses.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
 from roughcontact.cli import terminal
-from roughcontact.cli.help_format import CommandGroup, HelpCommand, Subject, complete_materials
+from roughcontact.cli.help_format import (
+    CommandGroup,
+    HelpCommand,
+    Subject,
+    complete_materials,
+    eager_option,
+)
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED, DisplayOptions
 from roughcontact.errors import (
     ArgumentRef,
@@ -137,25 +143,12 @@ _COMMAND_FUNCTIONS: dict[str, tuple[Command, Subject | None, Act]] = {}
 @functools.cache
 def _build_program(name: str | None = None) -> click.Group:
     """Return the program with one command, or with all."""
+    explained = "Explain a message by its tag, e.g. edge."
     program = CommandGroup(
         "roughcontact",
         params=[
-            click.Option(
-                ["--version"],
-                is_flag=True,
-                is_eager=True,
-                expose_value=False,
-                callback=_print_version,
-                help="Print the version.",
-            ),
-            click.Option(
-                ["--explain"],
-                metavar="TAG",
-                is_eager=True,
-                expose_value=False,
-                callback=_explain_tag,
-                help="Explain a message by its tag, e.g. edge.",
-            ),
+            eager_option("--version", "Print the version.", _print_version, is_flag=True),
+            eager_option("--explain", explained, _explain_tag, metavar="TAG"),
         ],
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
         help=_ABOUT,

@@ -64,16 +64,8 @@ class HelpCommand(click.Command):
                 click.Option(["--set"], multiple=True, help=text, shell_complete=complete)
             )
         if table.short_help:
-            parameters.append(
-                click.Option(
-                    ["--help-all"],
-                    is_flag=True,
-                    is_eager=True,
-                    expose_value=False,
-                    help="Show all options.",
-                    callback=self._show_all,
-                )
-            )
+            text = "Show all options."
+            parameters.append(eager_option("--help-all", text, self._show_all, is_flag=True))
         super().__init__(
             table.name,
             callback=act,
@@ -116,6 +108,11 @@ class HelpCommand(click.Command):
             rest += [("--set NAME=VALUE", names)]
             _write_section(formatter, "More options (--help-all)", rest)
         _write_section(formatter, "Help", about)
+
+
+def eager_option(name: str, text: str, act: Callable[..., None], **more: Any) -> click.Option:
+    """Return an option that acts before the others are read."""
+    return click.Option([name], help=text, callback=act, is_eager=True, expose_value=False, **more)
 
 
 def _parameter(option: Option[Any]) -> click.Option:
