@@ -323,13 +323,8 @@ _MAPS = Subject("[FILE...]", "Height maps of one surface.", nargs=-1)
 
 def _display(specified: Given) -> DisplayOptions:
     """Remove the options of the console output, and return the selected output."""
-    kinds = {
-        JSON: DisplayOptions.JSON,
-        QUIET: DisplayOptions.QUIET,
-        VERBOSE: DisplayOptions.VERBOSE,
-    }
-    wanted = [kind for option, kind in kinds.items() if specified.pop(option.name, False)]
-    return wanted[0] if wanted else DisplayOptions.BRIEF
+    names = [item.name for item in (JSON, QUIET, VERBOSE) if specified.pop(item.name, False)]
+    return DisplayOptions[names[0].upper()] if names else DisplayOptions.BRIEF
 
 
 def _run_task(task: Task, subject: Any, specified: Given) -> None:
