@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Any
 
 from roughcontact.analyses.estimate.fields import length_of, share, with_ends
 from roughcontact.analyses.estimate.model import Estimate, EstimateRange
@@ -26,9 +27,9 @@ def _range_row(key: str, label: str, form: Callable[[EstimateRange], str]) -> Ta
     )
 
 
-def _per_length(value: float) -> str:
+def _stiffness_text(result: EstimateRange) -> str:
     """Return a stiffness per area in GPa/µm."""
-    return f"{plain_decimal(value * 1e-15, 3)} GPa/µm"
+    return with_ends(result, lambda value: f"{plain_decimal(value * 1e-15, 3)} GPa/µm")
 
 
 def _conductance_text(result: EstimateRange) -> str:
@@ -64,9 +65,7 @@ ESTIMATE = (
         length_of,
     ),
     *_range_row(
-        "stiffness",
-        "normal stiffness [Pa/m]: per nominal area, at unloading",
-        lambda result: with_ends(result, _per_length),
+        "stiffness", "normal stiffness [Pa/m]: per nominal area, at unloading", _stiffness_text
     ),
     *_range_row(
         "vacuum_conductance",
@@ -105,8 +104,7 @@ class EstimatePresentation(Presentation):
         """Return bodies and load in one line."""
         result = self.result
         parts = [*filter(None, (result.finish,)), f"Sq {format_short(result.roughness.Sq, 'm')}"]
-        if result.roughness.Sdq is not None:
-            parts.append(f"Sdq {result.roughness.Sdq:.3g}")
+        parts.append(f"Sdq {result.roughness.Sdq:.3g}")
         if result.roughness.Sal is not None:
             parts.append(f"Sal {format_short(result.roughness.Sal, 'm')}")
         bodies = ""
@@ -123,21 +121,17 @@ class EstimatePresentation(Presentation):
     def numbers(self) -> CellTable:
         """Return gap, saturated area, plastic depth and plasticity index."""
         result = self.result
-        length = partial(format_short, unit="m")
-        rows = [("Mean gap", with_ends(result.gap, length))]
-        if result.saturated is not None:
-            rows.append(("At the ceiling", with_ends(result.saturated, format_share)))
-        if result.plastic_volume is not None:
-            rows.append(("Plastic depth, mean", with_ends(result.plastic_volume, length)))
-        if result.plasticity_index is not None:
-            rows.append(("Plasticity index", f"E*h′/σ_Y = {result.plasticity_index:.3g}"))
-        if result.stiffness is not None:
-            rows.append(("Normal stiffness", with_ends(result.stiffness, _per_length)))
-        for name in ("air", "vacuum"):
-            conductance = getattr(result, f"{name}_conductance")
-            if conductance is not None:
-                rows.append((f"Conductance in {name}", _conductance_text(conductance)))
-        return (), rows
+        length = partial(with_ends, form=partial(format_short, unit="m"))
+        rows: tuple[tuple[str, Any, Callable[[Any], str]], ...] = (
+            ("Mean gap", result.gap, length),
+            ("At the ceiling", result.saturated, partial(with_ends, form=format_share)),
+            ("Plastic depth, mean", result.plastic_volume, length),
+            ("Plasticity index", result.plasticity_index, "E*h′/σ_Y = {:.3g}".format),
+            ("Normal stiffness", result.stiffness, _stiffness_text),
+            ("Conductance in air", result.air_conductance, _conductance_text),
+            ("Conductance in vacuum", result.vacuum_conductance, _conductance_text),
+        )
+        return (), [(name, text(value)) for name, value, text in rows if value is not None]
 
     def remarks(self) -> tuple[str, ...]:
         """Return the meaning of the intervals, and what the formulas do not cover."""
