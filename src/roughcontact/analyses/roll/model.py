@@ -80,8 +80,6 @@ def pass_result(
     """Return the summary of the pass between two states."""
     flow = gain = 0.0
     shear: list[Array] = []
-    along: list[Array] = []
-    across: list[Array] = []
     for number, body in enumerate(result.bodies):
         old = None if before is None else before.bodies[number]
         flow = max(
@@ -91,8 +89,10 @@ def pass_result(
         gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
         # The sign makes shear positive if the layers above move in the direction.
         shear.append(_over_depth(result, -_shear(strain, direction)))
-        for answer, angle in ((along, direction), (across, direction + 90)):
-            answer.append(_over_depth(result, _normal(body, angle)))
+    along, across = (
+        np.array([_over_depth(result, _normal(body, angle)) for body in result.bodies])
+        for angle in (direction, direction + 90)
+    )
     steps = result.increments[0 if before is None else len(before.increments) :]
     heights = rolled_surface(result).heights
     return Pass(
@@ -108,8 +108,8 @@ def pass_result(
         Sq=rms_height(heights),
         Spk=core_parameters(*material_ratio_curve(heights))["Spk"],
         shear=np.array(shear),
-        residual_along=np.array(along),
-        residual_across=np.array(across),
+        residual_along=along,
+        residual_across=across,
     )
 
 
@@ -693,21 +693,14 @@ def load_rolling(
     dataset = contact_archive.open_archive(path) if dataset is None else dataset
     with contact_archive.as_format_error(Path(path), "Rolling"):
         columns = {
-            name: np.array(dataset[f"pass_{_STORED.get(name, name)}"].values)
-            for name in (*_NUMBERS, *_PROFILES)
+            name: dataset[f"pass_{_STORED.get(name, name)}"].values.tolist() for name in _NUMBERS
         }
-        steps = columns["steps"].tolist()
-        rows = zip(*(columns[name].tolist() for name in _NUMBERS), strict=True)
-        passes = tuple(
-            Pass(
-                **dict(zip(_NUMBERS, row, strict=True)),
-                **{name: columns[name][number] for name in _PROFILES},
-            )
-            for number, row in enumerate(rows)
-        )
+        columns |= {name: list(np.array(dataset[f"pass_{name}"].values)) for name in _PROFILES}
+        rows = zip(*columns.values(), strict=True)
+        passes = tuple(Pass(**dict(zip(columns, row, strict=True))) for row in rows)
         result, axis = archive.from_dataset(dataset), dataset.attrs.get("rolling_axis")
         # In a resumed run, increments of earlier passes come first.
-        if not 0 < sum(steps) <= len(result.increments):
+        if not 0 < sum(columns["steps"]) <= len(result.increments):
             raise InputError("must be those of the increments", argument="steps")
         return RollingResult(
             result=result,
