@@ -15,7 +15,7 @@ from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import style
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.report import chapters, figures, page
+from roughcontact.report import page
 from roughcontact.report.kind import Column, Quantity, capitalize_first, quantity_of
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
@@ -369,13 +369,9 @@ def budget_block(result: ContactResult, study: ResolutionStudy | None) -> list[p
         for quantity, interval in _interval_quantities(result, study)
         if has_ends(interval)
     ]
-    figure = figures.Illustration(
-        "",
-        lambda _: uncertainty_budget(rows),
-        lambda _: "Sources of each interval. The shares of a bar add to 100 %.",
-        width=page.WIDE,
-    )
-    return chapters.figure_blocks((figure,), result) if rows else []
+    caption = "Sources of each interval. The shares of a bar add to 100 %."
+    picture = page.Picture(partial(uncertainty_budget, rows), caption, page.WIDE)
+    return [page.Block("figure", picture)] if rows else []
 
 
 class UncertaintyPresentation(Presentation):
