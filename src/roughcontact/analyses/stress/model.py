@@ -200,30 +200,28 @@ class StressResult(Result):
     @property
     def own_cautions(self) -> tuple[Caution, ...]:
         """Cautions on the stress, without those on the contact."""
-        result = []
+        return tuple(self._own_cautions())
+
+    def _own_cautions(self) -> Iterator[Caution]:
+        """Yield cautions on yielding, on the position of the largest stress and on layers."""
         if self.yielded_volume:
-            result.append(
-                as_caution(
-                    CautionTag.YIELDED,
-                    "Material yields: this elastic stress is an upper bound. For plastic depth "
-                    "use the elastoplastic model.",
-                    volume=self.yielded_volume,
-                )
+            yield as_caution(
+                CautionTag.YIELDED,
+                "Material yields: this elastic stress is an upper bound. For plastic depth "
+                "use the elastoplastic model.",
+                volume=self.yielded_volume,
             )
         if self.max_von_mises > 0:
-            result += self._position_cautions()
+            yield from self._position_cautions()
         edge = max(self.solution.pair.pixel[self.solution.pair.is_profile :])
         thinnest = min((layer.thickness for layer in self.material.coating), default=math.inf)
         if edge > thinnest / 4:
-            result.append(
-                as_caution(
-                    CautionTag.STRESS_PIXEL,
-                    f"Pixel {format_engineering(edge, 'm', 3)} exceeds a quarter of a layer "
-                    f"({format_engineering(thinnest, 'm', 3)}): its stress depends on the grid.",
-                    depth=thinnest,
-                )
+            yield as_caution(
+                CautionTag.STRESS_PIXEL,
+                f"Pixel {format_engineering(edge, 'm', 3)} exceeds a quarter of a layer "
+                f"({format_engineering(thinnest, 'm', 3)}): its stress depends on the grid.",
+                depth=thinnest,
             )
-        return tuple(result)
 
     def _position_cautions(self) -> Iterator[Caution]:
         """Yield cautions on a largest stress at the ends of the depths or at the pixel scale."""
