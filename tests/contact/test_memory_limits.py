@@ -10,7 +10,6 @@ from roughcontact._tools import memory
 from roughcontact.analyses.history.model import repeat_stages
 from roughcontact.analyses.history.task import PASSES
 from roughcontact.analyses.tasks import COMMANDS, from_text
-from roughcontact.contact.load_case import space_values
 from roughcontact.errors import (
     FormatError,
     InputError,
@@ -79,7 +78,6 @@ def test_count_error_states_name_value_and_bounds(value: object) -> None:
 @pytest.mark.parametrize(
     ("argument", "ask"),
     [
-        ("number", lambda: space_values(1.0, 2.0, 10**9)),
         ("count", lambda: repeat_stages([1.0, 0.0], 5001)),
         ("max_iterations", lambda: rc.solve(MAP, material=STEEL, load=1e-3, max_iterations=10**9)),
         (
