@@ -392,7 +392,7 @@ def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
 
 
 def group_text(name: str, files: Iterable[str]) -> str:
-    """Return the text from which `group` reads a name and files."""
+    """Return a name and files as the option of groups takes them."""
 
     def quoted(word: str) -> str:
         plain = not set(word) & set(',="\n\r') and word == word.strip()
