@@ -644,7 +644,7 @@ def _check_hardness(result: ContactResult) -> Caution | None:
         return None
     return as_caution(
         CautionTag.HARDNESS,
-        f"3σ_Y is {ratio:.2g} times the hardness of {body.name or 'the softer_material body'}, "
+        f"3σ_Y is {ratio:.2g} times the hardness of {body.name or 'the softer body'}, "
         "which no contact exceeds. Use ",
         ArgumentRef("ceiling", format_engineering(hardness, "Pa", 4)),
         ".",
