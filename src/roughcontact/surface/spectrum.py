@@ -172,14 +172,13 @@ def _angular_shells(heights: Array, pixel: Pixel) -> tuple[Array, Array, Array]:
 def _likeliest_wave(power: Array, waves: Array) -> tuple[float, float]:
     """Return direction of the waves [degrees] and ratio of the largest likelihood."""
     turn = np.arange(_ANGLES)
-    angle = (turn + 0.5) * (np.pi / _ANGLES)
+    angle, turned = (turn + 0.5) * (np.pi / _ANGLES), (turn[:, None] - turn) % _ANGLES
     total = waves.sum(axis=1)
     best, found = math.inf, (0.0, 1.0)
     for ratio in _RATIOS:
         profile = _FLOOR + (np.cos(angle) ** 2 + np.sin(angle) ** 2 / ratio**2) ** -1.5
-        profiles = profile[(turn[:, None] - turn) % _ANGLES]
-        rings = np.log(power @ (1 / profiles) / total[:, None])
-        cost = total @ rings + waves.sum(axis=0) @ np.log(profiles)
+        rings = np.log(power @ (1 / profile)[turned] / total[:, None])
+        cost = total @ rings + waves.sum(axis=0) @ np.log(profile)[turned]
         if cost.min() < best:
             best, found = float(cost.min()), (float(np.argmin(cost)) * 180 / _ANGLES, ratio)
     return found
