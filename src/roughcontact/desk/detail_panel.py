@@ -284,7 +284,7 @@ _RESULTS, _SPOTS, _PRESSURES, _SURFACE = range(4)
 
 
 class DetailPanel:
-    """Section below the maps, and tabs of tables and charts to the right of the maps."""
+    """Section along a line, and tabs of tables and charts."""
 
     def __init__(self, run: Run) -> None:
         self.section = SectionPlot()

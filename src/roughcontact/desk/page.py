@@ -497,7 +497,7 @@ class ContactView:
 
     @cached_property
     def detail(self) -> DetailPanel:
-        """Panels below and to the right of the maps."""
+        """Section and tables."""
         return DetailPanel(self._call_run)
 
     @cached_property
