@@ -344,14 +344,18 @@ class MapsView:
             self._arrange()
             self._name()
 
-    def fit(self, width: int, height: int, side: int) -> None:
-        """Fit the maps to a width, a height and the least width of the thumbnails [dots]."""
+    def fit(self, width: int, height: int, side: int) -> float:
+        """Fit the maps to a width, a height and the least width of the thumbnails [dots].
+
+        Return the height of the large map with its title and axis.
+        """
         if (width, height, side) != self._room:
             self._room = width, height, side
             with style.batch_changes(self.plot.document):
                 self._arrange()
                 self._fit(self._wanted)
                 self._draw()
+        return self._frame[0] + _ABOVE + _BELOW
 
     @property
     def cropped(self) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -466,8 +466,8 @@ def make_page(visit: PageVisit) -> Any:
     return Page(visit).root
 
 
-# Height of the section, padding, gap of the columns, margins of the large map [dots].
-_SECTION, _PADDING, _GAP, _AROUND = 290, 32, 16, 68
+# Height of the section, padding, gap of the columns [dots].
+_SECTION, _PADDING, _GAP = 290, 32, 16
 
 
 class ContactView:
@@ -533,10 +533,9 @@ class ContactView:
         """Show a contact, or a surface alone; without a line, the proposed section."""
         self._surface = surface
         with style.batch_changes(self.maps.plot.document):
-            self.fit(*self._size)
             self.maps.show_contact(surface, result)
             self._figures.visible = self.maps.root.visible
-            self._place_section()
+            self.fit(*self._size)
             self.detail.show_contact(surface, result, line, numbers)
             self.maps.section.set_line(self.detail.line)
             if self._start in self.root.objects or not self.root.objects:
@@ -549,20 +548,11 @@ class ContactView:
             side = 140 if width < style.WRAPPED else 240
             if width >= style.NARROW:
                 side = int(min(0.27 * width, 460))
-            self.maps.fit(width - style.LEFT - _PADDING - _GAP, self._available, side)
-            self._place_section()
-
-    @property
-    def _available(self) -> int:
-        """Height of the view [dots]."""
-        width, height = self._size
-        return max(height - (140 if width >= style.WRAPPED else 204), 380)
-
-    def _place_section(self) -> None:
-        """Place the section below the map if the window has room there, or none to its right."""
-        rest = self._available - self.maps.plot.frame_height - _AROUND
-        below = self._size[0] < style.WRAPPED or rest >= _SECTION
-        self._sheet.css_classes = ["below"] if below else []
+            available = max(height - (140 if width >= style.WRAPPED else 204), 380)
+            used = self.maps.fit(width - style.LEFT - _PADDING - _GAP, available, side)
+            # The section is below the map if there is room, or none to its right.
+            below = width < style.WRAPPED or available - used >= _SECTION
+            self._sheet.css_classes = ["below"] if below else []
 
     def enlarge(self, place: int) -> None:
         """Show a map as the large map, by its index."""
