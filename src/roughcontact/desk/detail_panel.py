@@ -99,16 +99,14 @@ class SectionPlot:
         self.heights, self.pressure = self._make_plot(150), self._make_plot(104)
         self.pressure.toolbar_location = None
         where = {"x": "place", "source": self.source}
-        bands = {"gap": style.GAP, "plastic overlap": drawing_style.SATURATED}
-        lines = {"counter-body": style.NEUTRAL, "body": drawing_style.SERIES[0]}
-        for lower, upper, color in zip(
-            ("lower", "flows"), ("open", "lower"), bands.values(), strict=True
-        ):
-            self.heights.varea(y1=lower, y2=upper, color=color, **where)
-        for column, color in zip(("upper", "lower"), lines.values(), strict=True):
-            drawn = self.heights.line(y=column, line_color=color, line_width=1.5, **where)
+        colors = {"gap": style.GAP, "plastic overlap": drawing_style.SATURATED}
+        colors |= {"counter-body": style.NEUTRAL, "body": drawing_style.SERIES[0]}
+        for name, lower, upper in (("gap", "lower", "open"), ("plastic overlap", "flows", "lower")):
+            self.heights.varea(y1=lower, y2=upper, color=colors[name], **where)
+        for name, column in (("counter-body", "upper"), ("body", "lower")):
+            drawn = self.heights.line(y=column, line_color=colors[name], line_width=1.5, **where)
         self.legend = style.make_markup(margin=0)
-        self.legend.text = style.color_legend(bands | lines)
+        self.legend.text = style.color_legend(colors)
         self._hover: Any = models.HoverTool(
             renderers=[drawn],
             mode="vline",
