@@ -148,10 +148,9 @@ def measured_form_caution(result: ContactResult) -> Caution | None:
     """Return the caution on a curved map whose form Hertz's theory leaves out."""
     nominal = relative_curvature(result.pair.origins)
     largest = 0.0 if nominal is None else float(np.abs(np.diag(nominal)).max())
-    for surface in (result.surface, result.counter_surface):
-        steps = () if surface is None else surface.provenance.operations
-        is_known = any(step.method == "with_form" for step in steps)
-        if surface is None or is_known or is_nominal_origin(surface.provenance):
+    for surface in filter(None, (result.surface, result.counter_surface)):
+        is_known = any(step.method == "with_form" for step in surface.provenance.operations)
+        if is_known or is_nominal_origin(surface.provenance):
             continue
         rough = level(surface.heights, "quadric")
         shape = level(surface.heights, "plane") - rough
