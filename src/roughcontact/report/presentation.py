@@ -328,8 +328,8 @@ class Presentation:
         """Return the blocks of all results."""
         _, rows = self.listing()
         # The first page may show all columns and rows.
-        is_own = type(self).numbers is not Presentation.numbers
-        is_own = is_own or any(column.front for column in self.own("columns"))
+        has_front = any(column.front for column in self.own("columns"))
+        is_own = has_front or type(self).numbers is not Presentation.numbers
         is_front = not is_own and first_and_last(rows) == rows
         contact = self.report_contact
         shown = contact is not None and contact.load
